@@ -1,0 +1,2 @@
+//! The program `congruent`.
+fn main() {}

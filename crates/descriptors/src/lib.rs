@@ -1,0 +1,1 @@
+//! Local reference frames and descriptors: what a surface looks like around a keypoint.

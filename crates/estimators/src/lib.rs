@@ -1,0 +1,1 @@
+//! Hypothesis generators and the one loop that samples, scores and ranks.

@@ -1,0 +1,135 @@
+//! Exact neighbour search.
+
+use crate::Point;
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use std::num::NonZero;
+
+type Tree = ImmutableKdTree<f32, 3>;
+type Squared = SquaredEuclidean<f32>;
+
+/// A point found, by its position in the slice that the index was built from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Neighbor {
+    /// Position in the indexed slice.
+    pub index: u32,
+    /// Squared distance to the query.
+    pub distance_sq: f32,
+}
+
+/// A kd-tree over points. Built once, then only asked; safe to share between threads.
+///
+/// The order of equally distant neighbours is not specified, but it repeats for the same points in the same order.
+pub struct NeighborIndex {
+    // None for no points: an empty tree would answer item 0 at infinity.
+    tree: Option<Tree>,
+    len: usize,
+}
+
+impl NeighborIndex {
+    /// Indexes finite points; duplicates are fine.
+    ///
+    /// # Panics
+    /// With more than 2³² points.
+    #[must_use]
+    pub fn new(points: &[Point]) -> Self {
+        assert!(u32::try_from(points.len()).is_ok(), "an index holds at most 2^32 points");
+        let tree = (!points.is_empty()).then(|| Tree::new_from_slice(points).expect("finite points can be indexed"));
+        NeighborIndex { tree, len: points.len() }
+    }
+
+    /// How many points are indexed.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there is nothing to be found.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// The nearest point, itself included where the query is one of the points. `None` for an empty index.
+    #[must_use]
+    pub fn nearest(&self, query: &Point) -> Option<Neighbor> {
+        let hit = self.tree.as_ref()?.query(query).nearest_one::<Squared>().execute();
+        Some(Neighbor { index: hit.item, distance_sq: hit.distance })
+    }
+
+    /// The `k` nearest points, nearest first; all of them where there are fewer.
+    #[must_use]
+    pub fn nearest_n(&self, query: &Point, k: usize) -> Vec<Neighbor> {
+        let (Some(tree), Some(k)) = (self.tree.as_ref(), NonZero::new(k.min(self.len))) else { return Vec::new() };
+        let hits = tree.query(query).nearest_n::<Squared>(k).execute();
+        hits.iter().map(|hit| Neighbor { index: hit.item, distance_sq: hit.distance }).collect()
+    }
+
+    /// Visits every point at most `radius` away (inclusive), in no particular order.
+    pub fn within(&self, query: &Point, radius: f64, mut visit: impl FnMut(Neighbor)) {
+        let Some(tree) = self.tree.as_ref() else { return };
+        let radius = radius as f32;
+        tree.query(query)
+            .within::<Squared>(radius * radius)
+            .unsorted()
+            .visit(|hit| visit(Neighbor { index: hit.item, distance_sq: hit.distance }));
+    }
+
+    /// Whether at least `count` points lie within `radius`.
+    #[must_use]
+    pub fn has_within(&self, query: &Point, radius: f64, count: usize) -> bool {
+        let mut found = 0;
+        self.within(query, radius, |_| found += 1);
+        found >= count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Stream;
+
+    fn distance_sq(a: &Point, b: &Point) -> f32 {
+        (0..3).map(|i| (a[i] - b[i]).powi(2)).sum()
+    }
+
+    /// A cloud with a planar half and duplicates: what breaks kd-trees.
+    fn awkward_cloud() -> Vec<Point> {
+        let mut stream = Stream::new(3, 0);
+        let mut points: Vec<Point> = (0..600)
+            .map(|i| [stream.unit() as f32, stream.unit() as f32, if i % 2 == 0 { 0.0 } else { stream.unit() as f32 }])
+            .collect();
+        points.extend_from_within(0..100);
+        points
+    }
+
+    #[test]
+    fn agrees_with_brute_force() {
+        let points = awkward_cloud();
+        let index = NeighborIndex::new(&points);
+        for query in points.iter().step_by(7) {
+            let mut all: Vec<f32> = points.iter().map(|p| distance_sq(p, query)).collect();
+            let radius = 0.2f64;
+            let expected = all.iter().filter(|&&d| d <= (radius as f32) * (radius as f32)).count();
+            let mut found = 0;
+            index.within(query, radius, |hit| {
+                assert_eq!(hit.distance_sq, distance_sq(&points[hit.index as usize], query));
+                found += 1;
+            });
+            assert_eq!(found, expected);
+            assert!(index.has_within(query, radius, expected) && !index.has_within(query, radius, expected + 1));
+            all.sort_by(f32::total_cmp);
+            let nearest: Vec<f32> = index.nearest_n(query, 12).iter().map(|n| n.distance_sq).collect();
+            assert_eq!(nearest, all[..12]);
+            assert_eq!(index.nearest(query).unwrap().distance_sq, 0.0);
+        }
+    }
+
+    #[test]
+    fn few_points_answer_what_they_can() {
+        let empty = NeighborIndex::new(&[]);
+        assert!(empty.nearest(&[0.0; 3]).is_none() && empty.nearest_n(&[0.0; 3], 3).is_empty() && empty.is_empty());
+        let two = NeighborIndex::new(&[[0.0; 3], [1.0, 0.0, 0.0]]);
+        assert_eq!(two.nearest_n(&[0.0; 3], 9).len(), 2);
+        assert_eq!(two.nearest_n(&[0.0; 3], 0).len(), 0);
+    }
+}

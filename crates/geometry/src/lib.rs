@@ -1,0 +1,48 @@
+//! Points, surfaces and rigid motions: the ground that every stage of Congruent stands on.
+//!
+//! A [`RawScan`] is what a file says. [`Scan::new`] cleans and centres it. A [`Surface`] adds unit normals, a
+//! neighbour index and the resolution, which is what detectors and descriptors work on.
+
+mod eigen;
+mod fit;
+mod index;
+mod length;
+mod mesh;
+mod normals;
+mod orientation;
+pub mod random;
+mod resolution;
+mod scan;
+mod surface;
+mod transform;
+mod voxel;
+
+pub use eigen::{SortedEigen, sorted_eigen};
+pub use fit::{fit_three, fit_weighted};
+pub use index::{Neighbor, NeighborIndex};
+pub use length::{Length, LengthError};
+pub use mesh::vertex_normals;
+pub use normals::{Neighborhood, PointNormal, estimate_normals};
+pub use orientation::{Orientation, orient};
+pub use resolution::{Resolution, resolution};
+pub use scan::{Dropped, RawScan, Scan, ScanError};
+pub use surface::Surface;
+pub use transform::{RigidTransform, angle_between, from_rows, mean_displacement, to_rows, uncentred};
+pub use voxel::{Sample, voxel_centroids};
+
+/// A point or a normal as it is stored: three `f32`, centred coordinates.
+pub type Point = [f32; 3];
+
+/// The same three numbers, widened for arithmetic.
+#[inline]
+#[must_use]
+pub fn wide(p: Point) -> nalgebra::Vector3<f64> {
+    nalgebra::Vector3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]))
+}
+
+/// The same three numbers, narrowed for storage.
+#[inline]
+#[must_use]
+pub fn narrow(v: &nalgebra::Vector3<f64>) -> Point {
+    [v.x as f32, v.y as f32, v.z as f32]
+}

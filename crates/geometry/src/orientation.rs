@@ -1,0 +1,161 @@
+//! Which side of the surface is the outside: the sign of the normals.
+
+use crate::{NeighborIndex, Point, wide};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// Neighbours over which a sign is handed on.
+const PROPAGATION_NEIGHBORS: usize = 10;
+
+/// How the signs of estimated normals are settled. Both scans of a pair must use the same one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Orientation {
+    /// Towards a viewpoint in the file's coordinates: right for a range scan in its sensor's frame, whose sensor is at
+    /// the origin. A scan that was moved afterwards comes out mixed.
+    Viewpoint {
+        /// File coordinates.
+        at: [f64; 3],
+    },
+    /// Away from the middle of the cloud: right for closed, roughly convex models.
+    Outward {},
+    /// Handed on from neighbour to neighbour over the flattest way (a minimum spanning tree of `1 − |n·n'|`), each
+    /// connected part then turned so that the surface is convex on the whole. Needs no frame and no viewpoint.
+    Propagate {},
+}
+
+/// Turns each normal to the side that the policy names. Zero normals stay zero.
+///
+/// `origin` is what was taken off the file's coordinates to get `points`.
+pub fn orient(
+    policy: Orientation,
+    points: &[Point],
+    origin: &Vector3<f64>,
+    index: &NeighborIndex,
+    normals: &mut [Point],
+) {
+    match policy {
+        Orientation::Viewpoint { at } => towards(&(Vector3::from(at) - origin), points, normals),
+        Orientation::Outward {} => {
+            let middle: Vector3<f64> =
+                points.iter().map(|p| wide(*p)).sum::<Vector3<f64>>() / points.len().max(1) as f64;
+            towards(&middle, points, normals);
+            normals.iter_mut().for_each(flip);
+        }
+        Orientation::Propagate {} => propagate(points, index, normals),
+    }
+}
+
+fn towards(viewpoint: &Vector3<f64>, points: &[Point], normals: &mut [Point]) {
+    for (point, normal) in points.iter().zip(normals) {
+        if (viewpoint - wide(*point)).dot(&wide(*normal)) < 0.0 {
+            flip(normal);
+        }
+    }
+}
+
+fn flip(normal: &mut Point) {
+    *normal = normal.map(|v| -v);
+}
+
+fn propagate(points: &[Point], index: &NeighborIndex, normals: &mut [Point]) {
+    let mut part = vec![u32::MAX; points.len()];
+    let mut n_parts = 0;
+    for start in 0..points.len() {
+        if part[start] == u32::MAX {
+            spread_sign(start as u32, n_parts, points, index, normals, &mut part);
+            n_parts += 1;
+        }
+    }
+    turn_convex(points, index, normals, &part, n_parts as usize);
+}
+
+/// Prim's tree from one point over its connected part.
+fn spread_sign(start: u32, id: u32, points: &[Point], index: &NeighborIndex, normals: &mut [Point], part: &mut [u32]) {
+    // Costs are at most 1, as non-negative floats their bits order like the numbers; ties go to the lower index.
+    let mut frontier = BinaryHeap::from([Reverse((0u32, start, start))]);
+    while let Some(Reverse((_, at, from))) = frontier.pop() {
+        if part[at as usize] != u32::MAX {
+            continue;
+        }
+        part[at as usize] = id;
+        if wide(normals[at as usize]).dot(&wide(normals[from as usize])) < 0.0 {
+            flip(&mut normals[at as usize]);
+        }
+        for neighbor in index.nearest_n(&points[at as usize], PROPAGATION_NEIGHBORS) {
+            if part[neighbor.index as usize] == u32::MAX {
+                let agreement = wide(normals[at as usize]).dot(&wide(normals[neighbor.index as usize])).abs();
+                let cost = (1.0 - agreement).max(0.0) as f32;
+                frontier.push(Reverse((cost.to_bits(), neighbor.index, at)));
+            }
+        }
+    }
+}
+
+/// Turns each part so that, added up, its neighbourhoods lie behind their normals.
+fn turn_convex(points: &[Point], index: &NeighborIndex, normals: &mut [Point], part: &[u32], n_parts: usize) {
+    let mut ahead = vec![0.0; n_parts];
+    for (i, point) in points.iter().enumerate() {
+        let neighbors = index.nearest_n(point, 3 * PROPAGATION_NEIGHBORS);
+        let offset: Vector3<f64> = neighbors.iter().map(|n| wide(points[n.index as usize]) - wide(*point)).sum();
+        ahead[part[i] as usize] += offset.dot(&wide(normals[i]));
+    }
+    for (normal, id) in normals.iter_mut().zip(part) {
+        if ahead[*id as usize] > 0.0 {
+            flip(normal);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{narrow, random::Stream};
+
+    /// Two separate unit spheres of random points, with radial normals of random sign.
+    fn two_spheres() -> (Vec<Point>, Vec<Point>, Vec<Point>) {
+        let mut stream = Stream::new(4, 0);
+        let (mut points, mut outward, mut mixed) = (vec![], vec![], vec![]);
+        for i in 0..4000 {
+            let n = Vector3::new(stream.normal(), stream.normal(), stream.normal()).normalize();
+            points.push(narrow(&(n + Vector3::x() * if i % 2 == 0 { 0.0 } else { 5.0 })));
+            outward.push(narrow(&n));
+            mixed.push(narrow(&if stream.below(2) == 0 { n } else { -n }));
+        }
+        (points, outward, mixed)
+    }
+
+    #[test]
+    fn propagation_finds_the_outside_of_every_part() {
+        let (points, outward, mut normals) = two_spheres();
+        orient(Orientation::Propagate {}, &points, &Vector3::zeros(), &NeighborIndex::new(&points), &mut normals);
+        assert_eq!(normals, outward);
+    }
+
+    #[test]
+    fn the_viewpoint_is_in_file_coordinates() {
+        let points = [[0.0f32, 0.0, 0.0]];
+        let index = NeighborIndex::new(&points);
+        for (z, expected) in [(1000.0 + 1.0, 1.0), (1000.0 - 1.0, -1.0)] {
+            let mut normals = [[0.0f32, 0.0, 1.0]];
+            orient(
+                Orientation::Viewpoint { at: [0.0, 0.0, z] },
+                &points,
+                &Vector3::new(0.0, 0.0, 1000.0),
+                &index,
+                &mut normals,
+            );
+            assert_eq!(normals[0][2], expected);
+        }
+    }
+
+    #[test]
+    fn outward_points_away_from_the_middle() {
+        let points = [[1.0f32, 0.0, 0.0], [-1.0, 0.0, 0.0]];
+        let mut normals = [[-1.0f32, 0.0, 0.0], [-1.0, 0.0, 0.0]];
+        orient(Orientation::Outward {}, &points, &Vector3::zeros(), &NeighborIndex::new(&points), &mut normals);
+        assert_eq!(normals, [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]);
+    }
+}

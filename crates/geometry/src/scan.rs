@@ -1,0 +1,223 @@
+//! A scan as the file says it, and the same scan made fit to work on.
+
+use crate::{Point, narrow};
+use nalgebra::Vector3;
+use std::collections::HashMap;
+
+/// What a file holds, unchanged: file coordinates in `f64`, every point, also the broken ones.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RawScan {
+    /// File coordinates.
+    pub points: Vec<[f64; 3]>,
+    /// One for each point, of any length, where the file has them.
+    pub normals: Option<Vec<Point>>,
+    /// Faces cut into triangles of point positions, each below the number of points. Empty for a point cloud.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// What was left out when a scan was cleaned.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// Points with a coordinate that is NaN or infinite.
+    pub non_finite: usize,
+    /// Points at exactly the place of an earlier one.
+    pub duplicates: usize,
+}
+
+/// A cleaned scan: at least three distinct finite points, centred, in `f32`.
+///
+/// The centre is the middle of the bounding box, taken off in `f64` before the coordinates are rounded, so that scans
+/// in geographic coordinates keep their millimetres.
+#[derive(Clone, Debug)]
+pub struct Scan {
+    origin: Vector3<f64>,
+    points: Vec<Point>,
+    normals: Option<Vec<Point>>,
+    triangles: Vec<[u32; 3]>,
+    dropped: Dropped,
+}
+
+/// Why a scan cannot be worked on.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ScanError {
+    /// Fewer than three distinct finite points.
+    #[error("{distinct} distinct finite points of {total}; at least 3 are needed")]
+    TooFewPoints {
+        /// What was left.
+        distinct: usize,
+        /// What was given.
+        total: usize,
+    },
+    /// The cloud's extent cannot be squared in `f32`.
+    #[error("the points span {extent:e} data units; rescale them into 1e-9 to 1e12")]
+    Extent {
+        /// The longest side of the bounding box.
+        extent: f64,
+    },
+}
+
+impl Scan {
+    /// Drops non-finite and repeated points (the first one stays), centres the rest, and keeps normals and triangles
+    /// in step. Normals are scaled to length one; a normal that cannot be is stored as zero.
+    ///
+    /// # Errors
+    /// Fewer than three distinct points, or an extent outside 1e-9 to 1e12 data units.
+    ///
+    /// # Panics
+    /// When the normals are not as many as the points, or a triangle points outside: a broken promise of the caller.
+    pub fn new(raw: &RawScan) -> Result<Scan, ScanError> {
+        assert!(raw.normals.as_ref().is_none_or(|n| n.len() == raw.points.len()), "one normal a point");
+        let finite = |p: &&[f64; 3]| p.iter().all(|v| v.is_finite());
+        let (low, high) = bounds(raw.points.iter().filter(finite));
+        let extent = (high - low).max();
+        if raw.points.iter().filter(finite).count() > 1 && extent > 0.0 && !(1e-9..=1e12).contains(&extent) {
+            return Err(ScanError::Extent { extent });
+        }
+        let origin = low * 0.5 + high * 0.5;
+
+        let mut dropped = Dropped::default();
+        let mut place: HashMap<[u32; 3], u32> = HashMap::with_capacity(raw.points.len());
+        let mut kept: Vec<u32> = Vec::with_capacity(raw.points.len());
+        let mut points: Vec<Point> = Vec::with_capacity(raw.points.len());
+        let mut new_index = vec![u32::MAX; raw.points.len()];
+        for (i, p) in raw.points.iter().enumerate() {
+            if !finite(&p) {
+                dropped.non_finite += 1;
+                continue;
+            }
+            // Adding zero turns -0 into +0, so that equal numbers have equal bits.
+            let point = narrow(&(Vector3::from(*p) - origin)).map(|v| v + 0.0);
+            let next = points.len() as u32;
+            let at = *place.entry(point.map(f32::to_bits)).or_insert(next);
+            new_index[i] = at;
+            if at == next {
+                points.push(point);
+                kept.push(i as u32);
+            } else {
+                dropped.duplicates += 1;
+            }
+        }
+        if points.len() < 3 {
+            return Err(ScanError::TooFewPoints { distinct: points.len(), total: raw.points.len() });
+        }
+        let normals = raw.normals.as_ref().map(|all| kept.iter().map(|&i| unit(all[i as usize])).collect());
+        let triangles = raw.triangles.iter().filter_map(|t| renumbered(t, &new_index)).collect();
+        Ok(Scan { origin, points, normals, triangles, dropped })
+    }
+
+    /// What was subtracted from the file's coordinates.
+    #[must_use]
+    pub fn origin(&self) -> &Vector3<f64> {
+        &self.origin
+    }
+
+    /// Centred points, in the order of the file.
+    #[must_use]
+    pub fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// The file's own normals, unit length or zero.
+    #[must_use]
+    pub fn normals(&self) -> Option<&[Point]> {
+        self.normals.as_deref()
+    }
+
+    /// Triangles of point positions, three different ones each.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// What was left out.
+    #[must_use]
+    pub fn dropped(&self) -> Dropped {
+        self.dropped
+    }
+
+    /// Side lengths of the bounding box.
+    #[must_use]
+    pub fn extent(&self) -> Vector3<f64> {
+        let wide: Vec<[f64; 3]> = self.points.iter().map(|p| p.map(f64::from)).collect();
+        let (low, high) = bounds(wide.iter());
+        high - low
+    }
+}
+
+fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 3]>) -> (Vector3<f64>, Vector3<f64>) {
+    let none = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+    points.fold(none, |(low, high), p| (low.inf(&Vector3::from(*p)), high.sup(&Vector3::from(*p))))
+}
+
+fn unit(normal: Point) -> Point {
+    let v = crate::wide(normal);
+    let length = v.norm();
+    if length.is_finite() && length > 0.0 { narrow(&(v / length)) } else { [0.0; 3] }
+}
+
+/// A triangle in the new numbering, or nothing where a corner is gone or two have become one.
+fn renumbered(triangle: &[u32; 3], new_index: &[u32]) -> Option<[u32; 3]> {
+    let [a, b, c] = triangle.map(|i| new_index[i as usize]);
+    let whole = [a, b, c].iter().all(|&i| i != u32::MAX) && a != b && b != c && c != a;
+    whole.then_some([a, b, c])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cloud(points: &[[f64; 3]]) -> RawScan {
+        RawScan { points: points.to_vec(), ..RawScan::default() }
+    }
+
+    #[test]
+    fn broken_points_are_dropped_and_counted_and_indices_follow() {
+        let raw = RawScan {
+            points: vec![
+                [0.0; 3],
+                [f64::NAN, 0.0, 0.0],
+                [2.0, 0.0, 0.0],
+                [0.0, 0.0, -0.0],
+                [0.0, 4.0, 0.0],
+                [0.0, f64::INFINITY, 1.0],
+            ],
+            normals: Some(vec![
+                [0.0, 0.0, 2.0],
+                [1.0, 0.0, 0.0],
+                [0.0; 3],
+                [0.0, 1.0, 0.0],
+                [f32::NAN, 0.0, 0.0],
+                [0.0; 3],
+            ]),
+            triangles: vec![[0, 2, 4], [3, 2, 4], [0, 3, 2], [0, 1, 2]],
+        };
+        let scan = Scan::new(&raw).unwrap();
+        assert_eq!(scan.dropped(), Dropped { non_finite: 2, duplicates: 1 });
+        assert_eq!(scan.points(), [[-1.0, -2.0, 0.0], [1.0, -2.0, 0.0], [-1.0, 2.0, 0.0]]);
+        assert_eq!(scan.normals().unwrap(), [[0.0, 0.0, 1.0], [0.0; 3], [0.0; 3]]);
+        assert_eq!(scan.triangles(), [[0, 1, 2], [0, 1, 2]]);
+    }
+
+    #[test]
+    fn too_few_points_are_an_error() {
+        for (points, distinct) in [(vec![], 0), (vec![[1.0; 3]; 9], 1), (vec![[0.0; 3], [1.0; 3], [f64::NAN; 3]], 2)] {
+            let total = points.len();
+            assert_eq!(Scan::new(&cloud(&points)).unwrap_err(), ScanError::TooFewPoints { distinct, total });
+        }
+    }
+
+    #[test]
+    fn absurd_extents_are_an_error() {
+        for scale in [1e-12, 1e200, f64::MAX] {
+            let error = Scan::new(&cloud(&[[0.0; 3], [scale, 0.0, 0.0], [0.0, scale, 0.0]])).unwrap_err();
+            assert!(matches!(error, ScanError::Extent { .. }), "{scale}: {error}");
+        }
+    }
+
+    #[test]
+    fn geographic_coordinates_keep_their_millimetres() {
+        let at = |x: f64| [4.5e6 + x, 5.4e5, 300.0];
+        let scan = Scan::new(&cloud(&[at(0.0), at(0.001), at(100.0)])).unwrap();
+        assert!((scan.points()[1][0] - scan.points()[0][0] - 0.001).abs() < 1e-5);
+    }
+}

@@ -1,0 +1,66 @@
+//! Points that carry all a detector or descriptor needs.
+
+use crate::{NeighborIndex, Point};
+
+/// Points with unit normals, a neighbour index and the resolution. Holding one proves that they exist.
+///
+/// A normal may be zero where the neighbourhood has none (a line, a lone point); everything that reads normals skips
+/// those.
+pub struct Surface {
+    points: Vec<Point>,
+    normals: Vec<Point>,
+    index: NeighborIndex,
+    resolution: f64,
+}
+
+impl Surface {
+    /// Puts the parts together.
+    ///
+    /// # Panics
+    /// When they do not belong together: other counts, or a resolution that is not above zero.
+    #[must_use]
+    pub fn new(points: Vec<Point>, normals: Vec<Point>, index: NeighborIndex, resolution: f64) -> Self {
+        assert!(
+            points.len() == normals.len() && points.len() == index.len(),
+            "points, normals and index belong together"
+        );
+        assert!(resolution > 0.0, "a resolution is a positive length");
+        Surface { points, normals, index, resolution }
+    }
+
+    /// Centred points.
+    #[must_use]
+    pub fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// Unit normals, or zero.
+    #[must_use]
+    pub fn normals(&self) -> &[Point] {
+        &self.normals
+    }
+
+    /// Neighbours among [`Surface::points`].
+    #[must_use]
+    pub fn index(&self) -> &NeighborIndex {
+        &self.index
+    }
+
+    /// Mean distance to the nearest other point, data units.
+    #[must_use]
+    pub fn resolution(&self) -> f64 {
+        self.resolution
+    }
+
+    /// How many points there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Whether there are no points.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+}

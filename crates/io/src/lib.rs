@@ -1,0 +1,1 @@
+//! Scan files and poses: the only library of Congruent that opens files.

@@ -1,0 +1,1 @@
+//! Keypoint detectors: where a surface is worth describing.

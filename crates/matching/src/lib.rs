@@ -1,0 +1,1 @@
+//! From two tables of descriptors to ranked correspondences.

@@ -1,0 +1,1 @@
+//! Hypothesis metrics: how good is a pose, given the correspondences.
