@@ -1,2 +1,27 @@
-//! The program `congruent`.
-fn main() {}
+//! The program `congruent`: registers raw 3D scans.
+//!
+//! Exit codes: 0 done, 1 the pair could not be registered (the verdict says why), 2 bad input or configuration.
+//! Results go to stdout, everything for the eye to stderr.
+
+mod args;
+mod commands;
+mod configuration;
+mod output;
+mod progress;
+mod result;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+/// Bad input, bad configuration, or a file that could not be written.
+const UNUSABLE: u8 = 2;
+
+fn main() -> ExitCode {
+    match commands::run(args::Args::parse()) {
+        Ok(code) => code,
+        Err(error) => {
+            output::complain(&format!("{error:#}"));
+            ExitCode::from(UNUSABLE)
+        }
+    }
+}

@@ -40,10 +40,8 @@ pub fn fit_weighted(pairs: &[(Vector3<f64>, Vector3<f64>, f64)]) -> Option<Rigid
     if pairs.iter().filter(|p| p.2 > 0.0).count() < 3 || !total.is_finite() {
         return None;
     }
-    let mean = |pick: fn(&(Vector3<f64>, Vector3<f64>, f64)) -> Vector3<f64>| {
-        pairs.iter().map(|p| pick(p) * p.2).sum::<Vector3<f64>>() / total
-    };
-    let (from, to) = (mean(|p| p.0), mean(|p| p.1));
+    let from = pairs.iter().map(|(p, _, w)| p * *w).sum::<Vector3<f64>>() / total;
+    let to = pairs.iter().map(|(_, q, w)| q * *w).sum::<Vector3<f64>>() / total;
     let correlation: Matrix3<f64> = pairs.iter().map(|(p, q, w)| (p - from) * (q - to).transpose() * *w).sum();
     if !correlation.iter().all(|v| v.is_finite()) {
         return None;

@@ -4,6 +4,7 @@
 //! neighbour index and the resolution, which is what detectors and descriptors work on.
 
 mod eigen;
+mod field;
 mod fit;
 mod index;
 mod length;
@@ -15,19 +16,22 @@ mod resolution;
 mod scan;
 mod surface;
 mod transform;
+mod view;
 mod voxel;
 
 pub use eigen::{SortedEigen, sorted_eigen};
+pub use field::NearestField;
 pub use fit::{fit_three, fit_weighted};
 pub use index::{Neighbor, NeighborIndex};
 pub use length::{Length, LengthError};
 pub use mesh::vertex_normals;
 pub use normals::{Neighborhood, PointNormal, estimate_normals};
-pub use orientation::{Orientation, orient};
+pub use orientation::{Orientation, Oriented, orient};
 pub use resolution::{Resolution, resolution};
 pub use scan::{Dropped, RawScan, Scan, ScanError};
 pub use surface::Surface;
 pub use transform::{RigidTransform, angle_between, from_rows, mean_displacement, to_rows, uncentred};
+pub use view::{View, ViewKind, estimate_view};
 pub use voxel::{Sample, voxel_centroids};
 
 /// A point or a normal as it is stored: three `f32`, centred coordinates.

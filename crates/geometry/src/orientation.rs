@@ -1,6 +1,7 @@
 //! Which side of the surface is the outside: the sign of the normals.
 
-use crate::{NeighborIndex, Point, wide};
+use crate::view::face;
+use crate::{NeighborIndex, Point, ViewKind, estimate_view, wide};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
@@ -24,34 +25,57 @@ pub enum Orientation {
     /// Handed on from neighbour to neighbour over the flattest way (a minimum spanning tree of `1 − |n·n'|`), each
     /// connected part then turned so that the surface is convex on the whole. Needs no frame and no viewpoint.
     Propagate {},
+    /// Towards a viewpoint that is estimated from the points: right for scans seen from one side or from within, in any
+    /// frame. A closed model is propagated.
+    Estimated {},
+}
+
+/// How the signs came about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Oriented {
+    /// Where the scan was taken from, centred coordinates, where a single viewpoint explains it.
+    pub viewpoint: Option<Vector3<f64>>,
+    /// Whether towards and away can be relied on; if not, all signs may be the wrong way round.
+    pub sure: bool,
 }
 
 /// Turns each normal to the side that the policy names. Zero normals stay zero.
 ///
-/// `origin` is what was taken off the file's coordinates to get `points`.
+/// `origin` is what was taken off the file's coordinates to get `points`; `unit` is the working length, about half the
+/// distance between neighbours (only the estimated viewpoint needs it).
 pub fn orient(
     policy: Orientation,
     points: &[Point],
     origin: &Vector3<f64>,
     index: &NeighborIndex,
+    unit: f64,
     normals: &mut [Point],
-) {
+) -> Oriented {
     match policy {
-        Orientation::Viewpoint { at } => towards(&(Vector3::from(at) - origin), points, normals),
+        Orientation::Viewpoint { at } => {
+            let viewpoint = Vector3::from(at) - origin;
+            face(&viewpoint, points, normals);
+            Oriented { viewpoint: Some(viewpoint), sure: true }
+        }
         Orientation::Outward {} => {
             let middle: Vector3<f64> =
                 points.iter().map(|p| wide(*p)).sum::<Vector3<f64>>() / points.len().max(1) as f64;
-            towards(&middle, points, normals);
+            face(&middle, points, normals);
             normals.iter_mut().for_each(flip);
+            Oriented { viewpoint: None, sure: true }
         }
-        Orientation::Propagate {} => propagate(points, index, normals),
-    }
-}
-
-fn towards(viewpoint: &Vector3<f64>, points: &[Point], normals: &mut [Point]) {
-    for (point, normal) in points.iter().zip(normals) {
-        if (viewpoint - wide(*point)).dot(&wide(*normal)) < 0.0 {
-            flip(normal);
+        Orientation::Propagate {} => {
+            propagate(points, index, normals);
+            Oriented { viewpoint: None, sure: false }
+        }
+        Orientation::Estimated {} => {
+            let view = estimate_view(points, normals, index, unit);
+            if view.kind == ViewKind::Closed {
+                propagate(points, index, normals);
+                return Oriented { viewpoint: None, sure: false };
+            }
+            face(&view.viewpoint, points, normals);
+            Oriented { viewpoint: Some(view.viewpoint), sure: view.sure }
         }
     }
 }
@@ -130,7 +154,7 @@ mod tests {
     #[test]
     fn propagation_finds_the_outside_of_every_part() {
         let (points, outward, mut normals) = two_spheres();
-        orient(Orientation::Propagate {}, &points, &Vector3::zeros(), &NeighborIndex::new(&points), &mut normals);
+        orient(Orientation::Propagate {}, &points, &Vector3::zeros(), &NeighborIndex::new(&points), 1.0, &mut normals);
         assert_eq!(normals, outward);
     }
 
@@ -145,6 +169,7 @@ mod tests {
                 &points,
                 &Vector3::new(0.0, 0.0, 1000.0),
                 &index,
+                1.0,
                 &mut normals,
             );
             assert_eq!(normals[0][2], expected);
@@ -155,7 +180,7 @@ mod tests {
     fn outward_points_away_from_the_middle() {
         let points = [[1.0f32, 0.0, 0.0], [-1.0, 0.0, 0.0]];
         let mut normals = [[-1.0f32, 0.0, 0.0], [-1.0, 0.0, 0.0]];
-        orient(Orientation::Outward {}, &points, &Vector3::zeros(), &NeighborIndex::new(&points), &mut normals);
+        orient(Orientation::Outward {}, &points, &Vector3::zeros(), &NeighborIndex::new(&points), 1.0, &mut normals);
         assert_eq!(normals, [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]);
     }
 }

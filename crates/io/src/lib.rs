@@ -1,1 +1,18 @@
 //! Scan files and poses: the only library of Congruent that opens files.
+//!
+//! [`read_scan`] recognises a file by its content and returns its points, normals and triangles unchanged.
+//! [`write_ply`], [`write_pose`] and [`write_file`] put a whole file in place or leave everything as it was.
+//! Memory follows the size of a file, never a number in its header, and no content makes a reader panic.
+
+mod error;
+mod format;
+mod ply;
+mod pose;
+mod read;
+mod write;
+
+pub use error::IoError;
+pub use ply::{PlyFault, write_ply};
+pub use pose::{PoseFault, read_pose, write_pose};
+pub use read::read_scan;
+pub use write::write_file;

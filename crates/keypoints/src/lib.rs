@@ -1,1 +1,23 @@
 //! Keypoint detectors: where a surface is worth describing.
+//!
+//! A [`Detector`] picks points of a [`Surface`](congruent_geometry::Surface); a [`DetectorConfig`] is what a user writes
+//! to choose one. [`supported`] then drops keypoints that have too little surface around them to be described.
+
+mod boundary;
+mod config;
+mod detector;
+mod harris;
+mod iss;
+mod maxima;
+mod support;
+#[cfg(test)]
+mod testing;
+mod uniform;
+
+pub use config::DetectorConfig;
+pub use detector::{Detector, Keypoint};
+pub use harris::{Harris, HarrisConfig, HarrisResponse};
+pub use iss::{Iss, IssConfig, IssVariant};
+pub use maxima::{Ties, local_maxima};
+pub use support::{SupportFilter, supported};
+pub use uniform::{Uniform, UniformConfig};

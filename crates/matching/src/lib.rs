@@ -1,1 +1,14 @@
 //! From two tables of descriptors to ranked correspondences.
+//!
+//! Neighbours in descriptor space are exact: a fast product finds the candidates, and every distance that decides
+//! anything is evaluated again in `f64`, so that the result does not depend on the processor.
+
+mod config;
+mod correspondence;
+mod matchers;
+mod nearest;
+
+pub use config::{MatcherConfig, MutualConfig, NearestConfig, RatioConfig, TopKConfig};
+pub use correspondence::Correspondence;
+pub use matchers::{Matcher, Mutual, Nearest, RatioRanked, TopK};
+pub use nearest::{Candidate, nearest_k};

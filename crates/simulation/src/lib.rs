@@ -1,1 +1,15 @@
 //! A virtual range scanner, built-in shapes and nuisances: scans with known truth.
+//!
+//! A [`Mesh`] from [`shapes`] is looked at by a [`scanner::VirtualScanner`]; two such looks make a
+//! [`pair::ScanPair`], whose true motion is known exactly. [`nuisances`] spoil scans in measured doses, and
+//! [`correspondences`] makes matched point pairs without any scan. Everything random takes a seed, and the same seed
+//! gives the same result on any number of threads.
+
+pub mod correspondences;
+mod mesh;
+pub mod nuisances;
+pub mod pair;
+pub mod scanner;
+pub mod shapes;
+
+pub use mesh::Mesh;

@@ -1,0 +1,91 @@
+//! `congruent align`: two scans in, one pose out.
+
+use super::{Loaded, load, on_threads};
+use crate::args::{AlignArgs, RunArgs};
+use crate::progress::Progress;
+use crate::result::Report;
+use crate::{configuration, output};
+use anyhow::Result;
+use congruent_geometry::{RawScan, RigidTransform};
+use congruent_io::{write_file, write_ply, write_pose};
+use congruent_pipeline::{Pair, Registration, Verdict, register};
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+/// The verdict is `failed`.
+const NOT_REGISTERED: u8 = 1;
+
+pub(super) fn run(args: &AlignArgs) -> Result<ExitCode> {
+    let files = Pair { source: args.source.as_path(), target: args.target.as_path() };
+    let aligned = align(files, &args.run)?;
+    if args.json {
+        output::data(&aligned.report.json());
+    } else {
+        output::data(&aligned.report.summary());
+    }
+    if let Some(path) = &args.output {
+        write_result(path, &aligned)?;
+    }
+    if let Some(path) = &args.write_aligned {
+        match (&aligned.registration.verdict, &aligned.registration.target_from_source) {
+            (Verdict::Ok, Some(pose)) => write_moved(path, &aligned.scans.source.raw, pose)?,
+            _ => output::remark(&format!("{}: not written, because the scans were not registered", path.display())),
+        }
+    }
+    Ok(aligned.exit_code())
+}
+
+/// Two scans, registered.
+pub(super) struct Aligned {
+    pub(super) scans: Pair<Loaded>,
+    pub(super) registration: Registration,
+    pub(super) report: Report,
+}
+
+impl Aligned {
+    pub(super) fn exit_code(&self) -> ExitCode {
+        match self.registration.verdict {
+            Verdict::Ok => ExitCode::SUCCESS,
+            Verdict::Failed(_) => ExitCode::from(NOT_REGISTERED),
+        }
+    }
+}
+
+/// Reads and registers two files.
+pub(super) fn align(files: Pair<&Path>, run: &RunArgs) -> Result<Aligned> {
+    let config = configuration::resolve(run)?;
+    let start = Instant::now();
+    let (scans, registration, reading) =
+        on_threads(run.threads, || -> Result<(Pair<Loaded>, Registration, Duration)> {
+            let scans = files.map(|path| load(path)).both()?;
+            let reading = start.elapsed();
+            let progress = Progress::new();
+            let registration =
+                register(&scans.source.scan, &scans.target.scan, &config, &|stage| progress.enter(stage));
+            Ok((scans, registration, reading))
+        })??;
+    let report = Report::new(files, &config, &registration, reading, start.elapsed());
+    Ok(Aligned { scans, registration, report })
+}
+
+/// JSON, or the matrix alone where the name asks for it.
+fn write_result(path: &Path, aligned: &Aligned) -> Result<()> {
+    let wants_matrix = path.extension().is_some_and(|e| e == "txt" || e == "xf");
+    match &aligned.registration.target_from_source {
+        Some(pose) if wants_matrix => write_pose(path, pose)?,
+        None if wants_matrix => output::remark(&format!("{}: not written, because there is no pose", path.display())),
+        _ => write_file(path, format!("{}\n", aligned.report.json()).as_bytes())?,
+    }
+    Ok(())
+}
+
+/// Writes a scan under a rigid motion, with its normals and triangles.
+pub(super) fn write_moved(path: &Path, raw: &RawScan, motion: &RigidTransform) -> Result<()> {
+    let points: Vec<[f64; 3]> =
+        raw.points.iter().map(|p| (motion * nalgebra::Point3::from(*p)).coords.into()).collect();
+    let turned = |n: &[f32; 3]| congruent_geometry::narrow(&(motion.rotation * congruent_geometry::wide(*n)));
+    let normals: Option<Vec<_>> = raw.normals.as_ref().map(|normals| normals.iter().map(turned).collect());
+    write_ply(path, &points, normals.as_deref(), &raw.triangles)?;
+    Ok(())
+}

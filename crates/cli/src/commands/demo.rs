@@ -1,0 +1,95 @@
+//! `congruent demo`: a first run that needs no data.
+
+use super::align::{Aligned, align, write_moved};
+use crate::args::DemoArgs;
+use crate::output;
+use anyhow::{Context, Result};
+use congruent_geometry::{NeighborIndex, RawScan, RigidTransform, Scan, angle_between, mean_displacement, uncentred};
+use congruent_io::{write_file, write_ply, write_pose};
+use congruent_pipeline::{Pair, Verdict};
+use congruent_simulation::pair::{PairOptions, figurine_pair};
+use congruent_simulation::scanner::RangeNoise;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Range noise of the virtual scanner, data units (the figurine is 100 tall).
+const NOISE: f64 = 0.05;
+/// Turn between the two views, degrees.
+const VIEW_ANGLE: f64 = 40.0;
+/// A pose is right if it is off by less than this many resolutions on average: the paper's bound.
+const RIGHT_WITHIN_PR: f64 = 2.5;
+
+pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
+    let directory = &args.directory;
+    std::fs::create_dir_all(directory).with_context(|| format!("{}: cannot be created", directory.display()))?;
+    let pair = figurine_pair(&PairOptions {
+        view_angle: VIEW_ANGLE.to_radians(),
+        noise: RangeNoise::gaussian(NOISE),
+        ..PairOptions::default()
+    });
+    let (source, target) = (directory.join("source.ply"), directory.join("target.ply"));
+    write_ply(&source, &pair.source.points, None, &[])?;
+    write_ply(&target, &pair.target.points, None, &[])?;
+    write_pose(&directory.join("truth.txt"), &pair.target_from_source)?;
+    output::remark(&format!(
+        "A virtual scanner looked at a figurine from two sides, {VIEW_ANGLE} degrees apart; {:.0} % of the first scan is in the second.",
+        100.0 * pair.overlap
+    ));
+
+    let aligned = align(Pair { source: &source, target: &target }, &args.run)?;
+    output::data(&aligned.report.summary());
+    write_file(&directory.join("result.json"), format!("{}\n", aligned.report.json()).as_bytes())?;
+    let right = judge(&aligned, &pair.target_from_source)?;
+    if let (Verdict::Ok, Some(pose)) = (&aligned.registration.verdict, &aligned.registration.target_from_source) {
+        write_moved(&directory.join("aligned.ply"), &pair.source, pose)?;
+    }
+    say_what_next(directory, aligned.registration.verdict == Verdict::Ok);
+    Ok(if right { aligned.exit_code() } else { ExitCode::FAILURE })
+}
+
+/// Compares with the truth.
+fn judge(aligned: &Aligned, truth: &RigidTransform) -> Result<bool> {
+    let Some(pose) = &aligned.registration.target_from_source else {
+        output::data("           truth  no pose to compare");
+        return Ok(false);
+    };
+    let error = overlap_error(&aligned.scans.source.raw, &aligned.scans.target.raw, pose, truth)?
+        / aligned.registration.raw_resolution;
+    let right = error < RIGHT_WITHIN_PR;
+    output::data(&format!(
+        "           truth  {}: off by {error:.2} pr (resolutions) where the scans overlap, {:.2} degrees",
+        if right { "right" } else { "wrong" },
+        angle_between(pose, truth).to_degrees()
+    ));
+    Ok(right)
+}
+
+/// Mean distance between where the pose and where the truth puts the points that the scans share, data units.
+fn overlap_error(source: &RawScan, target: &RawScan, pose: &RigidTransform, truth: &RigidTransform) -> Result<f64> {
+    let (source, target) = (Scan::new(source)?, Scan::new(target)?);
+    let index = NeighborIndex::new(target.points());
+    let reach = 4.0 * congruent_geometry::resolution(target.points(), &index).map_or(0.0, |r| r.mean);
+    // Both poses between the centred clouds, where the points are.
+    let centred = |pose: &RigidTransform| uncentred(pose, &-source.origin(), &-target.origin());
+    let (pose, truth) = (centred(pose), centred(truth));
+    let shared = |p: &&[f32; 3]| {
+        let moved = truth * nalgebra::Point3::from(congruent_geometry::wide(**p));
+        index
+            .nearest(&congruent_geometry::narrow(&moved.coords))
+            .is_some_and(|n| f64::from(n.distance_sq) <= reach * reach)
+    };
+    let points: Vec<_> = source.points().iter().filter(shared).copied().collect();
+    Ok(mean_displacement(&points, &pose, &truth))
+}
+
+fn say_what_next(directory: &Path, aligned: bool) {
+    let at = |name: &str| directory.join(name).display().to_string();
+    let moved = if aligned { format!(", {} (the source moved)", at("aligned.ply")) } else { String::new() };
+    output::remark(&format!(
+        "Wrote {}, {}, {}, {}{moved}.\nNext, your own scans: congruent align SOURCE.ply TARGET.ply --write-aligned aligned.ply",
+        at("source.ply"),
+        at("target.ply"),
+        at("truth.txt"),
+        at("result.json"),
+    ));
+}

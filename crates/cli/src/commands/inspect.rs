@@ -1,0 +1,77 @@
+//! `congruent inspect`: what a scan file holds.
+
+use super::{Loaded, load};
+use crate::args::InspectArgs;
+use crate::output;
+use anyhow::Result;
+use congruent_geometry::{NeighborIndex, resolution};
+use serde::Serialize;
+use std::process::ExitCode;
+
+/// Lengths in data units.
+#[derive(Serialize)]
+struct Inspection {
+    file: String,
+    /// Points to work with.
+    points: usize,
+    triangles: usize,
+    dropped_non_finite: usize,
+    dropped_duplicates: usize,
+    extent: [f64; 3],
+    /// Middle of the bounding box, file coordinates.
+    centre: [f64; 3],
+    /// Mean distance from a point to its nearest other point (`pr`).
+    resolution: f64,
+    resolution_standard_error: f64,
+    /// Where normals can be taken from.
+    normals: &'static str,
+}
+
+pub(super) fn run(args: &InspectArgs) -> Result<ExitCode> {
+    let inspection = inspect(&args.file.display().to_string(), &load(&args.file)?);
+    if args.json {
+        output::data(&serde_json::to_string_pretty(&inspection)?);
+    } else {
+        output::data(&inspection.text());
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn inspect(file: &str, loaded: &Loaded) -> Inspection {
+    let scan = &loaded.scan;
+    let resolution =
+        resolution(scan.points(), &NeighborIndex::new(scan.points())).expect("a scan has three distinct points");
+    Inspection {
+        file: file.to_owned(),
+        points: scan.points().len(),
+        triangles: scan.triangles().len(),
+        dropped_non_finite: scan.dropped().non_finite,
+        dropped_duplicates: scan.dropped().duplicates,
+        extent: scan.extent().into(),
+        centre: (*scan.origin()).into(),
+        resolution: resolution.mean,
+        resolution_standard_error: resolution.standard_error,
+        normals: match (scan.triangles().is_empty(), scan.normals()) {
+            (false, _) => "from the mesh",
+            (true, Some(_)) => "in the file",
+            (true, None) => "none (estimated when needed)",
+        },
+    }
+}
+
+impl Inspection {
+    fn text(&self) -> String {
+        let three = |v: [f64; 3]| v.map(|x| format!("{x:.4}")).join(" x ");
+        [
+            self.file.clone(),
+            format!("  points      {}", self.points),
+            format!("  triangles   {}", self.triangles),
+            format!("  dropped     {} not finite, {} duplicates", self.dropped_non_finite, self.dropped_duplicates),
+            format!("  extent      {}", three(self.extent)),
+            format!("  centre      {}", self.centre.map(|x| format!("{x:.4}")).join(", ")),
+            format!("  resolution  {:.6} (pr: mean distance to the nearest other point)", self.resolution),
+            format!("  normals     {}", self.normals),
+        ]
+        .join("\n")
+    }
+}

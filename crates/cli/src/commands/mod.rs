@@ -1,0 +1,43 @@
+//! One file a command.
+
+mod align;
+mod config;
+mod demo;
+mod inspect;
+
+use crate::args::{Args, Command};
+use anyhow::{Context, Result};
+use congruent_geometry::{RawScan, Scan};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Runs the command; errors are bad input or configuration.
+pub(crate) fn run(args: Args) -> Result<ExitCode> {
+    match args.command {
+        Command::Align(args) => align::run(&args),
+        Command::Inspect(args) => inspect::run(&args),
+        Command::Config(command) => config::run(&command),
+        Command::Demo(args) => demo::run(&args),
+    }
+}
+
+/// A scan as the file has it, and cleaned.
+struct Loaded {
+    raw: RawScan,
+    scan: Scan,
+}
+
+fn load(path: &Path) -> Result<Loaded> {
+    let raw = congruent_io::read_scan(path)?;
+    let scan = Scan::new(&raw).with_context(|| path.display().to_string())?;
+    Ok(Loaded { raw, scan })
+}
+
+/// Runs work on so many threads, or on all processors.
+fn on_threads<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.map_or(0, usize::from))
+        .build()
+        .context("threads cannot be started")?;
+    Ok(pool.install(work))
+}

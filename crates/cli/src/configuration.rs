@@ -1,0 +1,211 @@
+//! From TOML and `--set` to a configuration, with errors that name the place and the nearest valid name.
+
+use crate::args::RunArgs;
+use anyhow::{Context, Result, anyhow, bail};
+use congruent_pipeline::PipelineConfig;
+use serde::Deserialize;
+use std::path::Path;
+
+/// The presets, as they are written in `configs/`.
+pub(crate) const PRESETS: [(&str, &str); 2] = [
+    ("default", include_str!("../../../configs/default.toml")),
+    ("paper", include_str!("../../../configs/paper.toml")),
+];
+
+/// Settings that choose a member of a family: naming another member replaces the first.
+const FAMILIES: [&str; 7] =
+    ["sampling", "normals.orientation", "detector", "descriptor", "matcher", "estimator", "metric"];
+
+/// The text of a preset.
+pub(crate) fn preset(name: &str) -> Result<&'static str> {
+    PRESETS.iter().find(|p| p.0 == name).map(|p| p.1).ok_or_else(|| {
+        let names = PRESETS.map(|p| p.0);
+        anyhow!("there is no preset '{name}'{}; there are: {}", suggestion(name, &names), names.join(", "))
+    })
+}
+
+/// The configuration that the command line describes.
+pub(crate) fn resolve(args: &RunArgs) -> Result<PipelineConfig> {
+    let mut config = match &args.config {
+        None => PipelineConfig::default(),
+        Some(path) => read(path)?,
+    };
+    for assignment in &args.set {
+        config = assigned(&config, assignment).with_context(|| format!("--set {assignment}"))?;
+    }
+    if let Some(seed) = args.seed {
+        config.seed = seed;
+    }
+    Ok(config)
+}
+
+/// Reads a file, or takes the preset of that name where there is no such file.
+pub(crate) fn read(path: &Path) -> Result<PipelineConfig> {
+    let name = path.to_string_lossy();
+    if !path.exists() && PRESETS.iter().any(|p| p.0 == name) {
+        return parse(preset(&name)?, &format!("preset {name}"));
+    }
+    let text = std::fs::read_to_string(path).map_err(|error| {
+        let names = PRESETS.map(|p| p.0).join(", ");
+        anyhow!("{name}: cannot read the configuration: {error}; name a TOML file or a preset ({names})")
+    })?;
+    parse(&text, &name)
+}
+
+/// Parses TOML; `name` is what errors call it.
+pub(crate) fn parse(text: &str, name: &str) -> Result<PipelineConfig> {
+    toml::from_str(text).map_err(|error| {
+        let place = error.span().map_or(String::new(), |span| {
+            let (line, column) = line_and_column(text, span.start);
+            format!(":{line}:{column}")
+        });
+        anyhow!("{name}{place}: {}", with_suggestion(error.message()))
+    })
+}
+
+/// 1-based line and column of a byte offset.
+fn line_and_column(text: &str, at: usize) -> (usize, usize) {
+    let before = &text[..text.floor_char_boundary(at.min(text.len()))];
+    (before.matches('\n').count() + 1, before.rsplit('\n').next().unwrap_or_default().chars().count() + 1)
+}
+
+/// The configuration with one `key.path=value` applied.
+fn assigned(config: &PipelineConfig, assignment: &str) -> Result<PipelineConfig> {
+    let Some((path, value)) = assignment.split_once('=') else {
+        bail!("write KEY=VALUE, for instance metric.mse.threshold=5pr");
+    };
+    let mut table = toml::Table::try_from(config).context("the configuration cannot be written as TOML")?;
+    let keys: Vec<&str> = path.trim().split('.').collect();
+    assign(&mut table, &keys, 0, value_of(value.trim()))?;
+    PipelineConfig::deserialize(table).map_err(|error| anyhow!(with_suggestion(error.message())))
+}
+
+/// A TOML value, or a string where it is none: `5pr` needs no quotes.
+fn value_of(text: &str) -> toml::Value {
+    let parsed: Option<toml::Table> = toml::from_str(&format!("value = {text}")).ok();
+    parsed.and_then(|mut t| t.remove("value")).unwrap_or_else(|| toml::Value::String(text.to_owned()))
+}
+
+fn assign(table: &mut toml::Table, keys: &[&str], depth: usize, value: toml::Value) -> Result<()> {
+    let is_family = FAMILIES.contains(&keys[..=depth].join(".").as_str());
+    let key = keys[depth];
+    if depth + 1 == keys.len() {
+        // A family takes the bare name of a member.
+        let value = match value {
+            toml::Value::String(member) if is_family => {
+                toml::Value::Table([(member, toml::Table::new().into())].into_iter().collect())
+            }
+            other => other,
+        };
+        table.insert(key.to_owned(), value);
+        return Ok(());
+    }
+    let entry = table.entry(key).or_insert_with(|| toml::Table::new().into());
+    let Some(inner) = entry.as_table_mut() else {
+        bail!("{} has no settings inside it", keys[..=depth].join("."));
+    };
+    if is_family && !inner.contains_key(keys[depth + 1]) {
+        inner.clear();
+    }
+    assign(inner, keys, depth + 1, value)
+}
+
+/// Adds the nearest valid name to serde's message about an unknown one.
+fn with_suggestion(message: &str) -> String {
+    let message = message.trim();
+    let mut names = message.split('`').skip(1).step_by(2);
+    match names.next() {
+        Some(unknown) if message.starts_with("unknown ") => {
+            let valid: Vec<&str> = names.collect();
+            format!("{message}{}", suggestion(unknown, &valid))
+        }
+        _ => message.to_owned(),
+    }
+}
+
+fn suggestion(unknown: &str, valid: &[&str]) -> String {
+    let nearest = valid.iter().map(|name| (strsim::damerau_levenshtein(unknown, name), name)).min();
+    match nearest {
+        Some((distance, name)) if distance <= unknown.chars().count().div_ceil(2) => {
+            format!("; did you mean `{name}`?")
+        }
+        _ => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(text: &str) -> String {
+        parse(text, "my.toml").unwrap_err().to_string()
+    }
+
+    #[test]
+    fn the_default_preset_is_the_default() {
+        assert_eq!(parse(preset("default").unwrap(), "default").unwrap(), PipelineConfig::default());
+    }
+
+    #[test]
+    fn every_preset_is_valid_and_survives_the_round_trip() {
+        for (name, text) in PRESETS {
+            let config = parse(text, name).unwrap();
+            let written = toml::to_string(&config).unwrap();
+            assert_eq!(parse(&written, name).unwrap(), config, "{written}");
+        }
+    }
+
+    #[test]
+    fn mistakes_are_named_with_their_place_and_the_nearest_name() {
+        for (text, expected) in [
+            ("[metric.mse]\nthresold = \"5pr\"", ["my.toml:2:1", "`thresold`", "did you mean `threshold`?"]),
+            ("[metric.mes]\n", ["my.toml:1:9", "`mes`", "did you mean `mse`?"]),
+            ("[metirc.mse]\n", ["my.toml:1:2", "`metirc`", "did you mean `metric`?"]),
+            ("seed = 1\n[metric.mse]\nthreshold = 7.5", ["my.toml:3:13", "7.5", "\"7.5pr\""]),
+            ("[metric.mse]\nthreshold = \"7.5\"", ["my.toml:2:13", "'7.5'", "\"7.5pr\""]),
+            ("[metric.mse]\nthreshold = \"-1pr\"", ["my.toml:2:13", "'-1pr'", "above zero"]),
+            ("[estimator.ransac]\niterations = \"many\"", ["my.toml:2:14", "many", "u64"]),
+            ("[matcher.ratio]\nkeep = 1.5", ["my.toml:2:8", "1.5", "at most 1"]),
+            ("seed = 1\nseed = 2", ["my.toml:2:1", "duplicate", "key"]),
+            ("seed = ", ["my.toml:1:8", "", ""]),
+        ] {
+            let message = refused(text);
+            assert!(expected.iter().all(|part| message.contains(part)), "{text:?} gave {message}");
+        }
+    }
+
+    #[test]
+    fn settings_are_changed_one_by_one() {
+        let set = |assignments: &[&str]| {
+            resolve(&RunArgs { set: assignments.iter().map(|s| (*s).to_owned()).collect(), ..RunArgs::default() })
+        };
+        let written = |assignments: &[&str]| parse(&assignments.join("\n"), "expected").unwrap();
+        assert_eq!(set(&["metric.mse.threshold=5pr"]).unwrap(), written(&["metric.mse.threshold='5pr'"]));
+        assert_eq!(set(&["metric=inlier-count"]).unwrap(), written(&["metric.inlier-count={}"]));
+        assert_eq!(set(&["metric.mae.threshold=3pr"]).unwrap(), written(&["metric.mae.threshold='3pr'"]));
+        assert_eq!(
+            set(&["seed=7", "estimator.ransac.iterations = 50"]).unwrap(),
+            written(&["seed=7", "estimator.ransac.iterations=50"])
+        );
+        assert_eq!(
+            set(&["normals.orientation.viewpoint.at=[0,0,1.5]"]).unwrap(),
+            written(&["normals.orientation.viewpoint.at=[0.0,0.0,1.5]"])
+        );
+    }
+
+    #[test]
+    fn wrong_settings_are_refused_by_name() {
+        for (assignment, expected) in [
+            ("metric.mse.thresold=5pr", "did you mean `threshold`?"),
+            ("metirc.mse.threshold=5pr", "did you mean `metric`?"),
+            ("metric=msee", "did you mean `mse`?"),
+            ("metric.mse.threshold=5", "\"7.5pr\""),
+            ("seed", "KEY=VALUE"),
+            ("seed.x=1", "seed has no settings inside it"),
+        ] {
+            let args = RunArgs { set: vec![assignment.to_owned()], ..RunArgs::default() };
+            let message = format!("{:#}", resolve(&args).unwrap_err());
+            assert!(message.contains(expected) && message.contains(assignment), "{assignment} gave {message}");
+        }
+    }
+}

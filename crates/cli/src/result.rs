@@ -1,0 +1,157 @@
+//! A registration as JSON and as a summary for people.
+
+use congruent_geometry::{Length, to_rows};
+use congruent_pipeline::{Pair, PipelineConfig, Registration, Verdict};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+use std::time::Duration;
+
+/// What `align --json` prints. All lengths are in data units, all times in seconds.
+#[derive(Debug, Serialize)]
+pub(crate) struct Report {
+    version: &'static str,
+    source: String,
+    target: String,
+    /// Row-major; maps source coordinates into the target's frame.
+    target_from_source: Option<[[f64; 4]; 4]>,
+    verdict: &'static str,
+    reason: Option<String>,
+    confidence: f64,
+    score: Option<f64>,
+    counts: Counts,
+    /// Mean distance between neighbouring points: of the scans as they came, and of the sampled clouds (`pr`).
+    resolution: Resolution,
+    /// Every configured length, in data units.
+    lengths: BTreeMap<String, f64>,
+    seed: u64,
+    timings: BTreeMap<&'static str, f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Counts {
+    points: [usize; 2],
+    sampled: [usize; 2],
+    keypoints: [usize; 2],
+    described: [usize; 2],
+    correspondences: usize,
+    inliers: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct Resolution {
+    raw: f64,
+    sampled: f64,
+}
+
+impl Report {
+    pub(crate) fn new(
+        files: Pair<&Path>,
+        config: &PipelineConfig,
+        registration: &Registration,
+        reading: Duration,
+        total: Duration,
+    ) -> Self {
+        let (verdict, reason) = match &registration.verdict {
+            Verdict::Ok => ("ok", None),
+            Verdict::Failed(failure) => ("failed", Some(failure.to_string())),
+        };
+        let counts = &registration.counts;
+        let two = |pair: Pair<usize>| [pair.source, pair.target];
+        let mut timings: BTreeMap<_, _> =
+            registration.timings.iter().map(|t| (t.stage.name(), t.time.as_secs_f64())).collect();
+        timings.insert("reading", reading.as_secs_f64());
+        timings.insert("total", total.as_secs_f64());
+        Report {
+            version: env!("CARGO_PKG_VERSION"),
+            source: files.source.display().to_string(),
+            target: files.target.display().to_string(),
+            target_from_source: registration.target_from_source.as_ref().map(to_rows),
+            verdict,
+            reason,
+            confidence: registration.confidence,
+            score: registration.score,
+            counts: Counts {
+                points: two(counts.points),
+                sampled: two(counts.sampled),
+                keypoints: two(counts.keypoints),
+                described: two(counts.described),
+                correspondences: counts.correspondences,
+                inliers: counts.inliers,
+            },
+            resolution: Resolution { raw: registration.raw_resolution, sampled: registration.resolution },
+            lengths: resolved_lengths(config, registration),
+            seed: config.seed,
+            timings,
+        }
+    }
+
+    pub(crate) fn json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("numbers, strings and lists can be written as JSON")
+    }
+
+    /// For people.
+    pub(crate) fn summary(&self) -> String {
+        let mut text = String::new();
+        let mut line =
+            |label: &str, value: String| writeln!(text, "{label:>16}  {value}").expect("a string can be written to");
+        line("verdict", format!("{} (confidence {:.3})", self.verdict, self.confidence));
+        if let Some(reason) = &self.reason {
+            line("reason", reason.clone());
+        }
+        let c = &self.counts;
+        line(
+            "points",
+            format!("{} and {}, sampled to {} and {}", c.points[0], c.points[1], c.sampled[0], c.sampled[1]),
+        );
+        line("keypoints", format!("{} and {}", c.described[0], c.described[1]));
+        line("correspondences", format!("{}, {} of them inliers", c.correspondences, c.inliers));
+        line(
+            "resolution",
+            format!("{:.4} as scanned, {:.4} sampled (data units)", self.resolution.raw, self.resolution.sampled),
+        );
+        let stages: Vec<String> =
+            self.timings.iter().filter(|t| *t.0 != "total").map(|(stage, s)| format!("{stage} {s:.2}")).collect();
+        line("time", format!("{:.2} s ({})", self.timings["total"], stages.join(", ")));
+        match &self.target_from_source {
+            None => line("pose", "none".to_owned()),
+            Some(rows) => {
+                for (i, row) in rows.iter().enumerate() {
+                    let numbers: Vec<String> = row.iter().map(|v| format!("{v:>14.6}")).collect();
+                    line(if i == 0 { "target_from_source" } else { "" }, numbers.join(" "));
+                }
+            }
+        }
+        text.trim_end().to_owned()
+    }
+}
+
+/// Every length of the configuration under its key, in data units. Those of `sampling` refer to the scans as they came.
+fn resolved_lengths(config: &PipelineConfig, registration: &Registration) -> BTreeMap<String, f64> {
+    let mut lengths = BTreeMap::new();
+    if let Ok(table) = toml::Table::try_from(config) {
+        collect_lengths("", &toml::Value::Table(table), &mut |key, length| {
+            let pr = if key.starts_with("sampling.") { registration.raw_resolution } else { registration.resolution };
+            lengths.insert(key.to_owned(), length.resolve(pr));
+        });
+    }
+    lengths
+}
+
+fn collect_lengths(key: &str, value: &toml::Value, found: &mut impl FnMut(&str, Length)) {
+    match value {
+        toml::Value::Table(table) => {
+            for (name, inner) in table {
+                let path = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+                collect_lengths(&path, inner, found);
+            }
+        }
+        toml::Value::String(text) => {
+            if let Ok(length) = text.parse() {
+                found(key, length);
+            }
+        }
+        _ => {}
+    }
+}

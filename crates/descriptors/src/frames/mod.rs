@@ -1,0 +1,153 @@
+//! Local reference frames: axes that a surface itself gives to a point, so that they move along with it.
+
+mod shot;
+mod toldi;
+
+pub(crate) use shot::shot_frame;
+pub use shot::{ShotFrame, ShotFrameConfig};
+pub use toldi::{ToldiFrame, ToldiFrameConfig};
+
+use congruent_geometry::Surface;
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// Axes at a surface point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LocalFrame {
+    /// Rows x, y, z: takes an offset from the point into the frame. A rotation.
+    pub axes: Matrix3<f64>,
+    /// How well the axes are settled.
+    pub margins: Margins,
+}
+
+/// How well the axes of a frame are settled, each from 0 (by chance) to 1 (beyond doubt).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Margins {
+    /// The line on which z lies: (λ1 − λ0) / λ2 of the ascending eigenvalues.
+    pub z: f64,
+    /// The line on which x lies: (λ2 − λ1) / λ2 (SHOT), or how far the votes for x agree (TOLDI).
+    pub x: f64,
+    /// The sign of z: how far the votes for it agree.
+    pub z_sign: f64,
+    /// The sign of x, likewise; for TOLDI the same as [`Margins::x`].
+    pub x_sign: f64,
+}
+
+impl Margins {
+    /// The least of them.
+    #[must_use]
+    pub fn weakest(&self) -> f64 {
+        self.z.min(self.x).min(self.z_sign).min(self.x_sign)
+    }
+}
+
+/// Gives points of a surface their axes.
+pub trait ReferenceFrame: Send + Sync {
+    /// The frame of one surface point; `None` where there is too little around it.
+    fn frame(&self, surface: &Surface, keypoint: u32) -> Option<LocalFrame>;
+}
+
+/// Which reference frame, with its settings: one table of `[frame.shot]`, `[frame.toldi]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FrameConfig {
+    /// By the scatter of the neighbours.
+    Shot(ShotFrameConfig),
+    /// By the normal and the heights over the tangent plane.
+    Toldi(ToldiFrameConfig),
+}
+
+impl Default for FrameConfig {
+    fn default() -> Self {
+        FrameConfig::Shot(ShotFrameConfig::default())
+    }
+}
+
+impl FrameConfig {
+    /// The frame for a cloud of this resolution.
+    #[must_use]
+    pub fn build(&self, resolution: f64) -> Box<dyn ReferenceFrame> {
+        match self {
+            FrameConfig::Shot(config) => Box::new(config.build(resolution)),
+            FrameConfig::Toldi(config) => Box::new(config.build(resolution)),
+        }
+    }
+}
+
+/// Right-handed axes from a z and an x at right angles.
+fn axes(x: &Vector3<f64>, z: &Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::from_rows(&[x.transpose(), z.cross(x).transpose(), z.transpose()])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{bumpy, plane, surface, turn, turned};
+
+    fn family() -> [FrameConfig; 2] {
+        [FrameConfig::Shot(ShotFrameConfig::default()), FrameConfig::Toldi(ToldiFrameConfig::default())]
+    }
+
+    #[test]
+    fn frames_are_rotations_with_margins_between_zero_and_one() {
+        let surface = bumpy(40, 1);
+        for config in family() {
+            let frames = config.build(0.5);
+            for keypoint in 0..surface.len() as u32 {
+                let frame = frames.frame(&surface, keypoint).unwrap();
+                assert!((frame.axes * frame.axes.transpose() - Matrix3::identity()).norm() < 1e-6);
+                assert!((frame.axes.determinant() - 1.0).abs() < 1e-6);
+                let Margins { z, x, z_sign, x_sign } = frame.margins;
+                assert!([z, x, z_sign, x_sign].iter().all(|m| (0.0..=1.0).contains(m)), "{:?}", frame.margins);
+            }
+        }
+    }
+
+    #[test]
+    fn settled_frames_turn_with_the_surface() {
+        let before = bumpy(40, 2);
+        let after = turned(&before, 7);
+        let rotation = turn(7).to_rotation_matrix();
+        for config in family() {
+            let frames = config.build(0.5);
+            let (mut settled, mut same) = (0, 0);
+            for keypoint in 0..before.len() as u32 {
+                let a = frames.frame(&before, keypoint).unwrap();
+                let b = frames.frame(&after, keypoint).unwrap();
+                if a.margins.weakest() > 0.1 {
+                    settled += 1;
+                    same += u32::from((b.axes - a.axes * rotation.matrix().transpose()).norm() < 1e-4);
+                }
+            }
+            // A neighbour on the very rim of the radius may fall on either side after rounding.
+            assert!(settled > 100 && f64::from(same) >= 0.99 * f64::from(settled), "{config:?}: {same} of {settled}");
+        }
+    }
+
+    #[test]
+    fn too_few_and_coincident_points_have_no_frame() {
+        for points in [vec![[0.0; 3]], vec![[1.0; 3]; 20], vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]] {
+            for config in family() {
+                assert_eq!(config.build(1.0).frame(&surface(points.clone()), 0), None);
+            }
+        }
+    }
+
+    #[test]
+    fn on_a_plane_the_signs_are_open() {
+        let plane = plane(21);
+        let shot = FrameConfig::default().build(0.5).frame(&plane, 220).unwrap();
+        assert_eq!(shot.margins.z_sign, 0.0);
+        assert_eq!(FrameConfig::Toldi(ToldiFrameConfig::default()).build(0.5).frame(&plane, 220), None);
+    }
+
+    #[test]
+    fn configurations_survive_the_round_trip() {
+        for config in family() {
+            let text = toml::to_string(&config).unwrap();
+            assert_eq!(toml::from_str::<FrameConfig>(&text).unwrap(), config, "{text}");
+        }
+        assert_eq!(toml::from_str::<FrameConfig>("[toldi]").unwrap(), family()[1]);
+        assert!(toml::from_str::<FrameConfig>("[shot]\nsize = \"3pr\"").is_err());
+    }
+}

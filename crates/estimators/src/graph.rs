@@ -1,0 +1,220 @@
+//! The compatibility graph: which correspondences can be right together.
+//!
+//! A rigid motion keeps distances, and angles between normals and lines. Two correspondences that break one of these
+//! cannot both be right; so right ones all know each other, and wrong ones know few.
+
+use congruent_geometry::Point;
+use congruent_metrics::Evidence;
+use rayon::prelude::*;
+
+/// When two correspondences are compatible; lengths in data units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Compatibility {
+    /// The two distances may differ by this much.
+    pub tolerance: f64,
+    /// Both distances must be at least this: close pairs agree by themselves and say little.
+    pub min_distance: f64,
+    /// The angle between the two normals may differ by this much between the scans, radians.
+    pub max_angle: f64,
+    /// The cosine between a normal and the line to the other point may differ by this much.
+    pub max_cosine: f64,
+}
+
+/// An undirected graph over the correspondences, one row of bits each.
+pub struct Graph {
+    n: usize,
+    words: usize,
+    bits: Vec<u64>,
+}
+
+impl Graph {
+    /// Joins all compatible pairs of `evidence`. Normals are compared where both pairs have them.
+    #[must_use]
+    pub fn new(evidence: &Evidence, rule: &Compatibility) -> Graph {
+        let n = evidence.len();
+        let words = n.div_ceil(64);
+        let nodes = Nodes::new(evidence);
+        let mut bits = vec![0u64; n * words];
+        bits.par_chunks_mut(words.max(1)).enumerate().for_each(|(i, row)| {
+            for j in i + 1..n {
+                if nodes.compatible(i, j, rule) {
+                    row[j / 64] |= 1 << (j % 64);
+                }
+            }
+        });
+        let mut graph = Graph { n, words, bits };
+        graph.mirror();
+        graph
+    }
+
+    /// How many correspondences there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.n
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.n == 0
+    }
+
+    /// The neighbours of `i` as bits.
+    #[must_use]
+    pub fn row(&self, i: usize) -> &[u64] {
+        &self.bits[i * self.words..(i + 1) * self.words]
+    }
+
+    /// How many neighbours `i` and `j` share: the second-order compatibility of an edge (Chen et al., SC²-PCR, 2022).
+    #[must_use]
+    pub fn common(&self, i: usize, j: usize) -> u32 {
+        self.row(i).iter().zip(self.row(j)).map(|(a, b)| (a & b).count_ones()).sum()
+    }
+
+    /// Copies the upper triangle into the lower one.
+    fn mirror(&mut self) {
+        for i in 0..self.n {
+            for j in ones(&self.bits[i * self.words..(i + 1) * self.words]).filter(|&j| j > i).collect::<Vec<_>>() {
+                self.bits[j * self.words + i / 64] |= 1 << (i % 64);
+            }
+        }
+    }
+}
+
+/// Positions of the set bits, ascending.
+pub(crate) fn ones(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
+    words.iter().enumerate().flat_map(|(at, &word)| {
+        let mut rest = word;
+        std::iter::from_fn(move || {
+            (rest != 0).then(|| {
+                let bit = rest.trailing_zeros() as usize;
+                rest &= rest - 1;
+                at * 64 + bit
+            })
+        })
+    })
+}
+
+/// The correspondences as the pairwise test wants them.
+struct Nodes {
+    source: Vec<Point>,
+    target: Vec<Point>,
+    normals: Vec<Option<(Point, Point)>>,
+}
+
+impl Nodes {
+    fn new(evidence: &Evidence) -> Self {
+        let n = evidence.len();
+        Nodes {
+            source: (0..n).map(|i| congruent_geometry::narrow(&evidence.source(i))).collect(),
+            target: (0..n).map(|i| congruent_geometry::narrow(&evidence.target(i))).collect(),
+            normals: (0..n).map(|i| evidence.normals(i)).collect(),
+        }
+    }
+
+    #[inline]
+    fn compatible(&self, i: usize, j: usize, rule: &Compatibility) -> bool {
+        let in_source = minus(&self.source[j], &self.source[i]);
+        let in_target = minus(&self.target[j], &self.target[i]);
+        let min_sq = (rule.min_distance * rule.min_distance) as f32;
+        let (source_sq, target_sq) = (dot(&in_source, &in_source), dot(&in_target, &in_target));
+        if source_sq < min_sq || target_sq < min_sq {
+            return false;
+        }
+        let (source_length, target_length) = (source_sq.sqrt(), target_sq.sqrt());
+        if (source_length - target_length).abs() > rule.tolerance as f32 {
+            return false;
+        }
+        let (Some(at_i), Some(at_j)) = (&self.normals[i], &self.normals[j]) else { return true };
+        let cosine = |normals: &(Point, Point)| {
+            dot(&normals.0, &in_source) / source_length - dot(&normals.1, &in_target) / target_length
+        };
+        let most = rule.max_cosine as f32;
+        cosine(at_i).abs() <= most
+            && cosine(at_j).abs() <= most
+            && (angle(&at_i.0, &at_j.0) - angle(&at_i.1, &at_j.1)).abs() <= rule.max_angle as f32
+    }
+}
+
+fn minus(a: &Point, b: &Point) -> Point {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn dot(a: &Point, b: &Point) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn angle(a: &Point, b: &Point) -> f32 {
+    dot(a, b).clamp(-1.0, 1.0).acos()
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use congruent_geometry::random::Stream;
+    use congruent_geometry::{RigidTransform, narrow};
+    use nalgebra::{Point3, Vector3};
+
+    pub(crate) const RULE: Compatibility =
+        Compatibility { tolerance: 4.0, min_distance: 8.0, max_angle: 0.45, max_cosine: 0.4 };
+
+    /// `right` exact correspondences with normals, then wrong ones, in a box of side 200; and the true pose.
+    pub(crate) fn scene(n: usize, right: usize, seed: u64) -> (Evidence, RigidTransform) {
+        let mut stream = Stream::new(seed, 0);
+        let truth = RigidTransform::from_parts(nalgebra::Translation3::new(15.0, -8.0, 2.0), stream.rotation());
+        let (mut pairs, mut normals) = (vec![], vec![]);
+        for i in 0..n {
+            let mut point = || Vector3::from_fn(|_, _| stream.between(-100.0, 100.0));
+            let (p, other) = (point(), point());
+            let (normal, other_normal) = (point().normalize(), point().normalize());
+            let (q, turned) = if i < right {
+                ((truth * Point3::from(p)).coords, truth.rotation * normal)
+            } else {
+                (other, other_normal)
+            };
+            pairs.push((narrow(&p), narrow(&q)));
+            normals.push((narrow(&normal), narrow(&turned)));
+        }
+        (Evidence::new(pairs).with_normals(normals), truth)
+    }
+
+    #[test]
+    fn right_correspondences_all_know_each_other() {
+        let (evidence, _) = scene(150, 40, 1);
+        let graph = Graph::new(&evidence, &RULE);
+        for i in 0..40 {
+            let near = |j: usize| (evidence.source(i) - evidence.source(j)).norm() < RULE.min_distance;
+            let expected: Vec<usize> = (0..40).filter(|&j| j != i && !near(j)).collect();
+            let found: Vec<usize> = ones(graph.row(i)).filter(|&j| j < 40).collect();
+            assert_eq!(found, expected);
+        }
+    }
+
+    #[test]
+    fn the_graph_is_symmetric_without_loops_and_counts_common_neighbours() {
+        let (evidence, _) = scene(130, 30, 2);
+        let graph = Graph::new(&evidence, &RULE);
+        let has = |i: usize, j: usize| graph.row(i)[j / 64] >> (j % 64) & 1 == 1;
+        for i in 0..130 {
+            assert!(!has(i, i));
+            for j in 0..130 {
+                assert_eq!(has(i, j), has(j, i));
+            }
+        }
+        let by_hand = (0..130).filter(|&k| has(3, k) && has(7, k)).count();
+        assert_eq!(graph.common(3, 7) as usize, by_hand);
+    }
+
+    #[test]
+    fn normals_thin_the_graph() {
+        let (evidence, _) = scene(200, 0, 3);
+        let plain = Evidence::new((0..200).map(|i| (narrow(&evidence.source(i)), narrow(&evidence.target(i)))));
+        let edges = |e: &Evidence| (0..200).map(|i| ones(Graph::new(e, &RULE).row(i)).count()).sum::<usize>();
+        assert!(edges(&evidence) * 4 < edges(&plain));
+    }
+
+    #[test]
+    fn nothing_makes_an_empty_graph() {
+        assert!(Graph::new(&Evidence::default(), &RULE).is_empty());
+    }
+}

@@ -1,0 +1,122 @@
+//! The nearest point of a cloud, looked up in a grid: what kd-trees answer exactly, answered in one memory access.
+
+use crate::Point;
+
+/// More cells than this would cost more memory than a scan is worth; the cells grow instead.
+const MAX_CELLS: f64 = 1.6e7;
+const NOTHING: u32 = u32::MAX;
+
+/// For every cell near a cloud, the point nearest to the cell's centre.
+///
+/// The answer is exact up to the size of a cell: a point returned may be farther than the nearest one by at most the
+/// cell's diagonal. Built once in time proportional to points × (reach / cell)³.
+pub struct NearestField {
+    low: Point,
+    cell: f32,
+    size: [usize; 3],
+    nearest: Vec<u32>,
+}
+
+impl NearestField {
+    /// Cells of side `cell` (data units), filled as far as `reach` around the points.
+    #[must_use]
+    pub fn new(points: &[Point], cell: f64, reach: f64) -> Self {
+        let (low, size, cell) = layout(points, cell, reach);
+        let steps = (reach / f64::from(cell)).ceil() as usize;
+        let mut nearest = vec![NOTHING; size.iter().product()];
+        let mut distance_sq = vec![f32::INFINITY; nearest.len()];
+        let limit = (reach as f32 / cell + 0.87).powi(2);
+        for (number, point) in points.iter().enumerate() {
+            let place: Point = std::array::from_fn(|axis| (point[axis] - low[axis]) / cell);
+            let [xs, ys, zs]: [_; 3] = std::array::from_fn(|axis| {
+                let at = place[axis] as usize;
+                at.saturating_sub(steps)..(at + steps + 1).min(size[axis])
+            });
+            for z in zs {
+                let from_z = (z as f32 + 0.5 - place[2]).powi(2);
+                for y in ys.clone() {
+                    let from_yz = from_z + (y as f32 + 0.5 - place[1]).powi(2);
+                    let row = (z * size[1] + y) * size[0];
+                    for x in xs.clone() {
+                        let away = from_yz + (x as f32 + 0.5 - place[0]).powi(2);
+                        if away < distance_sq[row + x] && away <= limit {
+                            distance_sq[row + x] = away;
+                            nearest[row + x] = number as u32;
+                        }
+                    }
+                }
+            }
+        }
+        NearestField { low, cell, size, nearest }
+    }
+
+    /// The point nearest to the middle of the cell that `query` is in; `None` beyond the reach.
+    #[inline]
+    #[must_use]
+    pub fn nearest(&self, query: &Point) -> Option<u32> {
+        let mut at = [0usize; 3];
+        for axis in 0..3 {
+            let place = (query[axis] - self.low[axis]) / self.cell;
+            if !(place >= 0.0 && place < self.size[axis] as f32) {
+                return None;
+            }
+            at[axis] = place as usize;
+        }
+        let found = self.nearest[(at[2] * self.size[1] + at[1]) * self.size[0] + at[0]];
+        (found != NOTHING).then_some(found)
+    }
+}
+
+/// Lower corner, cells along each axis, and the side of a cell.
+fn layout(points: &[Point], cell: f64, reach: f64) -> (Point, [usize; 3], f32) {
+    let mut low = [f32::INFINITY; 3];
+    let mut high = [f32::NEG_INFINITY; 3];
+    for point in points {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(point[axis]);
+            high[axis] = high[axis].max(point[axis]);
+        }
+    }
+    if points.is_empty() {
+        return ([0.0; 3], [0; 3], cell as f32);
+    }
+    let side = |axis: usize| f64::from(high[axis]) - f64::from(low[axis]) + 2.0 * reach;
+    let mut cell = cell;
+    while (0..3).map(|axis| side(axis) / cell + 1.0).product::<f64>() > MAX_CELLS {
+        cell *= 1.2;
+    }
+    (low.map(|v| v - reach as f32), std::array::from_fn(|axis| (side(axis) / cell) as usize + 1), cell as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Stream;
+    use crate::wide;
+
+    #[test]
+    fn the_point_found_is_nearest_up_to_a_cell() {
+        let mut stream = Stream::new(1, 0);
+        let mut point = |side: f64| std::array::from_fn(|_| stream.between(-side, side) as f32);
+        let points: Vec<Point> = (0..300).map(|_| point(10.0)).collect();
+        let (cell, reach) = (0.5, 3.0);
+        let field = NearestField::new(&points, cell, reach);
+        for _ in 0..2000 {
+            let query = point(14.0);
+            let distance = |p: &Point| (wide(*p) - wide(query)).norm();
+            let best = points.iter().map(distance).fold(f64::INFINITY, f64::min);
+            match field.nearest(&query) {
+                Some(found) => assert!(distance(&points[found as usize]) <= best + cell * 3f64.sqrt()),
+                None => assert!(best > reach - cell * 3f64.sqrt()),
+            }
+        }
+    }
+
+    #[test]
+    fn odd_clouds_are_fine() {
+        assert!(NearestField::new(&[], 1.0, 2.0).nearest(&[0.0; 3]).is_none());
+        let far_apart = [[0.0f32; 3], [1e6, 1e6, 1e6]];
+        let field = NearestField::new(&far_apart, 1e-3, 2e-3);
+        assert!(field.nearest(&[f32::NAN, 0.0, 0.0]).is_none() && field.nearest(&[1e30, 0.0, 0.0]).is_none());
+    }
+}

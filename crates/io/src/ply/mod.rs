@@ -1,0 +1,38 @@
+//! PLY, the Polygon File Format (Turk, 1994).
+//!
+//! `ply_rs` parses the header; the bodies are read here, because its own readers refuse numbers that common writers
+//! produce (`nan`, `.5`, `1.`) and take ten times as long.
+
+mod ascii;
+mod binary;
+mod body;
+mod fault;
+mod header;
+#[cfg(test)]
+mod tests;
+mod write;
+
+pub use fault::PlyFault;
+pub use write::write_ply;
+
+use ascii::Ascii;
+use binary::Binary;
+use congruent_geometry::RawScan;
+use header::Header;
+use ply_rs::ply::Encoding;
+
+/// Whether a file begins as every PLY file does: with the word `ply`.
+pub(crate) fn is_ply(bytes: &[u8]) -> bool {
+    bytes.strip_prefix(b"ply").is_some_and(|rest| rest.first().is_none_or(u8::is_ascii_whitespace))
+}
+
+/// The scan in a PLY file.
+pub(crate) fn read(file: &[u8]) -> Result<RawScan, PlyFault> {
+    let header = Header::parse(file)?;
+    let body_start = header.body_start;
+    match header.encoding {
+        Encoding::Ascii => body::read(&header, &mut Ascii::new(file, body_start)),
+        Encoding::BinaryLittleEndian => body::read(&header, &mut Binary::<false>::new(&file[body_start..])),
+        Encoding::BinaryBigEndian => body::read(&header, &mut Binary::<true>::new(&file[body_start..])),
+    }
+}

@@ -1,0 +1,91 @@
+//! From a path to a scan.
+
+use crate::IoError;
+use crate::format::Format;
+use congruent_geometry::RawScan;
+use std::path::Path;
+
+/// Reads a scan: points, normals where the file has all three components, faces cut into triangles.
+///
+/// The format is recognised by the content, not by the name. Supported is PLY: ASCII or binary, points or meshes, any
+/// scalar types. Coordinates stay in the file's units and frame; NaN and infinite ones are passed on for
+/// [`Scan::new`](congruent_geometry::Scan::new) to drop and count. A file may hold no points at all.
+///
+/// # Errors
+/// The file cannot be read, is in no supported format, or breaks its format; the message says where and what to do.
+///
+/// # Examples
+/// ```
+/// # let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("square.ply");
+/// std::fs::write(
+///     &path,
+///     "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+///      element face 1\nproperty list uchar int vertex_indices\nend_header\n\
+///      0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n",
+/// )?;
+/// let scan = congruent_io::read_scan(&path)?;
+/// assert_eq!(scan.points[2], [1.0, 1.0, 0.0]);
+/// assert_eq!(scan.triangles, [[0, 1, 2], [0, 2, 3]]);
+///
+/// let error = congruent_io::read_scan(&folder.path().join("absent.ply")).unwrap_err();
+/// assert!(error.to_string().contains("absent.ply: cannot be read"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn read_scan(path: &Path) -> Result<RawScan, IoError> {
+    scan_from(path, &bytes_of(path)?)
+}
+
+/// The scan in a file's content; `path` is for messages only.
+pub(crate) fn scan_from(path: &Path, bytes: &[u8]) -> Result<RawScan, IoError> {
+    Format::recognise(path, bytes)?.read(path, bytes)
+}
+
+/// A file's content, at least one byte.
+pub(crate) fn bytes_of(path: &Path) -> Result<Vec<u8>, IoError> {
+    match std::fs::read(path) {
+        Ok(bytes) if bytes.is_empty() => Err(IoError::Empty { path: path.to_owned() }),
+        Ok(bytes) => Ok(bytes),
+        // Asked only now: the error a directory gives differs from system to system.
+        Err(_) if path.is_dir() => Err(IoError::Directory { path: path.to_owned() }),
+        Err(reason) => Err(IoError::Read { path: path.to_owned(), reason }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(path: &Path, expected: &[&str]) {
+        let message = read_scan(path).unwrap_err().to_string();
+        assert!(message.starts_with(&path.display().to_string()), "{message}");
+        for fragment in expected {
+            assert!(message.contains(fragment), "`{fragment}` is not in: {message}");
+        }
+    }
+
+    #[test]
+    fn files_that_are_no_scans_are_named_with_a_way_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, content: &[u8]| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, content).unwrap();
+            path
+        };
+        check(&folder.path().join("absent.ply"), &["cannot be read", "check the path"]);
+        check(folder.path(), &["is a directory", "give the path of a file"]);
+        check(&file("void.ply", b""), &["is empty", "export it again"]);
+        check(&file("scan.docx", b"PK\x03\x04"), &["no supported format", "extension: docx", "convert it to PLY"]);
+        check(&file("scan", b"1 2 3"), &["extension: none", "PLY"]);
+        check(&file("short.ply", b"pl"), &["extension: ply"]);
+        check(&file("plywood.txt", b"plywood\n"), &["extension: txt"]);
+    }
+
+    #[test]
+    fn the_content_decides_not_the_extension() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scan.txt");
+        crate::write_ply(&path, &[[1.0, 2.0, 3.0]], None, &[]).unwrap();
+        assert_eq!(read_scan(&path).unwrap().points, [[1.0, 2.0, 3.0]]);
+    }
+}

@@ -1,0 +1,113 @@
+//! Writing a file whole or not at all.
+
+use crate::IoError;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Puts a file in place, whole or not at all: the bytes go to a temporary file in the same folder, which then takes
+/// the name. An existing file is replaced, a symbolic link is followed, a device or pipe is written to directly.
+///
+/// # Errors
+/// The folder is missing or may not be written to, the disk is full, or the path is a directory. The temporary file
+/// is removed and a file that was there before is untouched.
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
+    put(path, bytes).map_err(|reason| IoError::Write { path: path.to_owned(), reason })
+}
+
+fn put(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    match fs::metadata(&target) {
+        Ok(there) if there.is_dir() => return Err(io::Error::new(ErrorKind::IsADirectory, "it is a directory")),
+        Ok(there) if !there.is_file() => return fs::write(&target, bytes),
+        _ => {}
+    }
+    let folder = target.parent().unwrap_or(Path::new(""));
+    let (temporary, mut file) = temporary_in(folder)?;
+    let written = file.write_all(bytes);
+    drop(file); // Some systems do not rename an open file.
+    let placed = written.and_then(|()| fs::rename(&temporary, &target));
+    if placed.is_err() {
+        // The first failure is the one to report.
+        let _ = fs::remove_file(&temporary);
+    }
+    placed
+}
+
+/// A new file that nobody else has. Its name does not hold the target's, which may be as long as a name can be.
+fn temporary_in(folder: &Path) -> io::Result<(PathBuf, File)> {
+    static NEXT: AtomicU64 = AtomicU64::new(0);
+    loop {
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        let path = folder.join(format!(".congruent-{}-{number}.tmp", std::process::id()));
+        match OpenOptions::new().write(true).create_new(true).open(&path) {
+            Ok(file) => return Ok((path, file)),
+            // Left behind by a killed process of the same number, or held by one on another machine.
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names_in(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> =
+            fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_file_is_replaced_and_nothing_else_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("result.json");
+        write_file(&path, b"old and longer").unwrap();
+        write_file(&path, b"new").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!(names_in(folder.path()), ["result.json"]);
+    }
+
+    #[test]
+    fn a_failure_names_the_path_and_leaves_no_temporary_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let taken = folder.path().join("taken");
+        fs::create_dir(&taken).unwrap();
+        for path in [taken.clone(), folder.path().join("absent").join("result.json"), taken.join("..")] {
+            let message = write_file(&path, b"x").unwrap_err().to_string();
+            assert!(message.starts_with(&path.display().to_string()), "{message}");
+            assert!(message.contains("check that its folder exists"), "{message}");
+        }
+        assert_eq!(names_in(folder.path()), ["taken"]);
+    }
+
+    #[test]
+    fn threads_that_write_one_file_leave_one_of_their_contents() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("shared");
+        std::thread::scope(|scope| {
+            for content in [[b'a'; 4096], [b'b'; 4096], [b'c'; 4096]] {
+                let path = &path;
+                scope.spawn(move || (0..20).for_each(|_| write_file(path, &content).unwrap()));
+            }
+        });
+        let content = fs::read(&path).unwrap();
+        assert!(content.len() == 4096 && content.iter().all(|&b| b == content[0]));
+        assert_eq!(names_in(folder.path()), ["shared"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let (real, link) = (folder.path().join("real"), folder.path().join("link"));
+        fs::write(&real, b"old").unwrap();
+        std::os::unix::fs::symlink(&real, &link).unwrap();
+        write_file(&link, b"new").unwrap();
+        assert_eq!(fs::read(&real).unwrap(), b"new");
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+    }
+}

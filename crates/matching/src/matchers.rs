@@ -1,0 +1,214 @@
+//! Ways to pick correspondences from nearest neighbours.
+
+use crate::{Candidate, Correspondence, nearest_k};
+use congruent_descriptors::Features;
+
+/// A second neighbour closer than this says that the two are the same row twice: no ratio can be formed.
+const MIN_SECOND_DISTANCE: f32 = 1e-6;
+
+/// Picks and ranks correspondences.
+pub trait Matcher: Send + Sync {
+    /// Ranked correspondences between surface points, best first; ties are ordered by row of the source.
+    fn matches(&self, source: &Features, target: &Features) -> Vec<Correspondence>;
+}
+
+/// Every source row with its nearest target row, closest descriptors first.
+#[derive(Clone, Copy, Debug)]
+pub struct Nearest;
+
+impl Matcher for Nearest {
+    fn matches(&self, source: &Features, target: &Features) -> Vec<Correspondence> {
+        let mut matches: Vec<_> = nearest_k(source, target, 2)
+            .iter()
+            .enumerate()
+            .filter_map(|(row, found)| correspondence(source, target, row, found, 0))
+            .collect();
+        matches.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        matches
+    }
+}
+
+/// Every source row with its nearest target row, ranked by Lowe's ratio; the best share is kept (the paper's choice).
+#[derive(Clone, Copy, Debug)]
+pub struct RatioRanked {
+    /// Share of the matches that is kept, in (0, 1]; at least three where there are three.
+    pub keep: f64,
+}
+
+impl Matcher for RatioRanked {
+    fn matches(&self, source: &Features, target: &Features) -> Vec<Correspondence> {
+        let mut matches = ranked_by_ratio(source, target);
+        let kept = (self.keep * matches.len() as f64).floor() as usize;
+        matches.truncate(kept.max(3));
+        matches
+    }
+}
+
+/// Pairs of rows that are each other's nearest, ranked by Lowe's ratio.
+#[derive(Clone, Copy, Debug)]
+pub struct Mutual {
+    /// At most this many, the best ranked.
+    pub limit: usize,
+}
+
+impl Matcher for Mutual {
+    fn matches(&self, source: &Features, target: &Features) -> Vec<Correspondence> {
+        let forth = nearest_k(source, target, 2);
+        let back = nearest_k(target, source, 1);
+        let mut matches: Vec<_> = forth
+            .iter()
+            .enumerate()
+            .filter(|(row, found)| {
+                found
+                    .first()
+                    .is_some_and(|best| back[best.row as usize].first().is_some_and(|b| b.row as usize == *row))
+            })
+            .filter_map(|(row, found)| correspondence(source, target, row, found, 0))
+            .collect();
+        rank(&mut matches);
+        matches.truncate(self.limit);
+        matches
+    }
+}
+
+/// Every source row with each of its `k` nearest target rows, ranked by Lowe's ratio of the row's best two, then by
+/// the candidate's own place.
+#[derive(Clone, Copy, Debug)]
+pub struct TopK {
+    /// Candidates a row.
+    pub k: usize,
+}
+
+impl Matcher for TopK {
+    fn matches(&self, source: &Features, target: &Features) -> Vec<Correspondence> {
+        let found = nearest_k(source, target, self.k.max(2));
+        let mut matches: Vec<_> = (0..self.k)
+            .flat_map(|place| found.iter().enumerate().map(move |(row, found)| (row, found, place)))
+            .filter_map(|(row, found, place)| correspondence(source, target, row, found, place))
+            .collect();
+        rank(&mut matches);
+        matches
+    }
+}
+
+fn ranked_by_ratio(source: &Features, target: &Features) -> Vec<Correspondence> {
+    let mut matches: Vec<_> = nearest_k(source, target, 2)
+        .iter()
+        .enumerate()
+        .filter_map(|(row, found)| correspondence(source, target, row, found, 0))
+        .collect();
+    rank(&mut matches);
+    matches
+}
+
+/// Best score first. The sort is stable, so equal scores keep the order of the source rows; where no ratio could be
+/// formed at all (one target row) the descriptor distance decides.
+fn rank(matches: &mut [Correspondence]) {
+    matches.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.distance.total_cmp(&b.distance)));
+}
+
+fn correspondence(
+    source: &Features,
+    target: &Features,
+    row: usize,
+    found: &[Candidate],
+    place: usize,
+) -> Option<Correspondence> {
+    let score = match found {
+        [first, second, ..] if second.distance >= MIN_SECOND_DISTANCE => 1.0 - first.distance / second.distance,
+        [_, _, ..] => return None,
+        _ => 0.0,
+    };
+    let candidate = found.get(place)?;
+    Some(Correspondence {
+        source: source.keypoints[row],
+        target: target.keypoints[candidate.row as usize],
+        distance: candidate.distance,
+        score,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use congruent_geometry::random::Stream;
+
+    /// Rows on a line, each at its number; keypoints are numbered from `first`.
+    fn line(values: &[f32], first: u32) -> Features {
+        Features { keypoints: (first..first + values.len() as u32).collect(), dim: 1, rows: values.to_vec() }
+    }
+
+    fn pairs(matches: &[Correspondence]) -> Vec<(u32, u32)> {
+        matches.iter().map(|m| (m.source, m.target)).collect()
+    }
+
+    fn random_features(n: usize) -> Features {
+        let mut stream = Stream::new(8, 0);
+        Features {
+            keypoints: (0..n as u32).collect(),
+            dim: 20,
+            rows: (0..n * 20).map(|_| stream.unit() as f32).collect(),
+        }
+    }
+
+    #[test]
+    fn a_cloud_matches_itself_with_score_one() {
+        let features = random_features(100);
+        let matches = RatioRanked { keep: 1.0 }.matches(&features, &features);
+        assert_eq!(matches.len(), 100);
+        assert!(matches.iter().all(|m| m.source == m.target && m.score == 1.0 && m.distance == 0.0));
+    }
+
+    #[test]
+    fn the_best_ratios_are_kept_in_order() {
+        let source = line(&[0.0, 10.0, 24.0, 31.0], 100);
+        let target = line(&[1.0, 5.0, 10.5, 20.0, 30.0], 200);
+        let matches = RatioRanked { keep: 0.75 }.matches(&source, &target);
+        // Ratios: 1/5, 0.5/5, 4/6, 1/11.
+        assert_eq!(pairs(&matches), [(103, 204), (101, 202), (100, 200)]);
+        assert!((matches[0].score - (1.0 - 1.0 / 11.0)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn at_least_three_are_kept() {
+        let features = random_features(9);
+        assert_eq!(RatioRanked { keep: 0.01 }.matches(&features, &features).len(), 3);
+    }
+
+    #[test]
+    fn repeated_target_rows_are_dropped() {
+        let matches = RatioRanked { keep: 1.0 }.matches(&line(&[0.0, 9.0], 0), &line(&[0.0, 0.0, 9.0], 0));
+        assert_eq!(pairs(&matches), [(1, 2)]);
+    }
+
+    #[test]
+    fn one_target_row_leaves_the_order_of_distance() {
+        let matches = RatioRanked { keep: 1.0 }.matches(&line(&[3.0, 1.0, 2.0], 0), &line(&[0.0], 7));
+        assert_eq!(pairs(&matches), [(1, 7), (2, 7), (0, 7)]);
+        assert!(matches.iter().all(|m| m.score == 0.0));
+    }
+
+    #[test]
+    fn mutual_matches_are_one_to_one() {
+        let matches = Mutual { limit: 10 }.matches(&line(&[0.0, 0.4, 10.0], 0), &line(&[0.3, 11.0], 0));
+        assert_eq!(pairs(&matches).len(), 2);
+        assert!(pairs(&matches).contains(&(1, 0)) && pairs(&matches).contains(&(2, 1)));
+        assert_eq!(Mutual { limit: 1 }.matches(&line(&[0.0, 0.4, 10.0], 0), &line(&[0.3, 11.0], 0)).len(), 1);
+    }
+
+    #[test]
+    fn top_k_lists_each_candidate_once() {
+        let matches = TopK { k: 2 }.matches(&line(&[0.0, 10.0], 0), &line(&[1.0, 4.0, 11.0], 0));
+        let mut found = pairs(&matches);
+        found.sort_unstable();
+        assert_eq!(found, [(0, 0), (0, 1), (1, 1), (1, 2)]);
+    }
+
+    #[test]
+    fn nothing_matches_nothing() {
+        let (none, some) = (line(&[], 0), line(&[1.0, 2.0], 0));
+        for matcher in [&Nearest as &dyn Matcher, &RatioRanked { keep: 0.3 }, &Mutual { limit: 5 }, &TopK { k: 3 }] {
+            assert!(matcher.matches(&none, &some).is_empty() && matcher.matches(&some, &none).is_empty());
+        }
+    }
+}

@@ -1,0 +1,261 @@
+//! How well two whole surfaces lie on each other under a pose: overlap, and what contradicts it.
+//!
+//! Correspondences propose; surfaces decide. Three things are measured, both ways. *Overlap*: points with a point of the
+//! other surface close by, the closer the more, if the normals agree. *Hover*: points that float in front of the other
+//! surface, where its scanner looked through and saw nothing. *Occlusion*: points that would have hidden what the other
+//! scanner saw; this one needs to know where the scanner stood.
+
+use crate::{DepthImage, Score};
+use congruent_geometry::{NearestField, Point, RigidTransform, Surface};
+
+/// A point hovers if it is off the surface by more than this share of its distance (a cosine).
+const HOVER_COSINE: f32 = 0.7;
+
+/// Settings; lengths in data units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DenseRule {
+    /// Points closer than this overlap.
+    pub overlap_distance: f64,
+    /// If their normals agree at least so well (cosine).
+    pub min_normal_cosine: f64,
+    /// Hovering points are at least so far from the surface …
+    pub hover_from: f64,
+    /// … and at most so far.
+    pub hover_to: f64,
+    /// Points this far in front of what a scanner saw would have hidden it.
+    pub occlusion_depth: f64,
+    /// Decline of the score with the share of hovering points.
+    pub hover_weight: f64,
+    /// Decline of the score with the share of occluding points.
+    pub occlusion_weight: f64,
+    /// Points looked at, spread evenly over the surface's order.
+    pub max_points: usize,
+}
+
+/// A surface made ready to be asked.
+pub struct DenseSurface<'a> {
+    /// The points and normals.
+    pub surface: &'a Surface,
+    /// Closest points as far as overlap and refinement need them.
+    pub near: NearestField,
+    /// Closest points as far as hovering goes, on a coarser grid.
+    pub far: NearestField,
+    /// What the scanner saw, where it is known from where.
+    pub depth: Option<DepthImage>,
+}
+
+/// What was measured, each averaged or added up over both directions.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DenseAgreement {
+    /// Mean gain `(1 − d/α)²` over all points, `d` the distance to the other surface's tangent plane.
+    pub soft_overlap: f64,
+    /// Share of points that overlap.
+    pub overlap: f64,
+    /// Mean distance of overlapping points to the tangent plane, data units; infinite if none overlap.
+    pub residual: f64,
+    /// Share of points that hover, both directions added.
+    pub hover: f64,
+    /// Share of points that occlude, both directions added.
+    pub occlusion: f64,
+    /// Points close to the other surface whose normals disagree, averaged.
+    pub disagreeing: f64,
+}
+
+impl DenseAgreement {
+    /// One number: overlap, discounted for every contradiction.
+    #[must_use]
+    pub fn score(&self, rule: &DenseRule) -> Score {
+        Score::new(self.soft_overlap * (-rule.hover_weight * self.hover - rule.occlusion_weight * self.occlusion).exp())
+    }
+}
+
+/// Measures a pose, both ways.
+#[must_use]
+pub fn agreement(
+    source: &DenseSurface<'_>,
+    target: &DenseSurface<'_>,
+    target_from_source: &RigidTransform,
+    rule: &DenseRule,
+) -> DenseAgreement {
+    let forth = Tally::of(source.surface, target, target_from_source, rule);
+    let back = Tally::of(target.surface, source, &target_from_source.inverse(), rule);
+    let mean = |pick: fn(&Tally) -> f64| (forth.share(pick) + back.share(pick)) / 2.0;
+    let overlapping = forth.overlapping + back.overlapping;
+    DenseAgreement {
+        soft_overlap: mean(|t| t.gain),
+        overlap: mean(|t| t.overlapping),
+        residual: if overlapping > 0.0 { (forth.distance + back.distance) / overlapping } else { f64::INFINITY },
+        hover: 2.0 * mean(|t| t.hovering),
+        occlusion: 2.0 * mean(|t| t.occluding),
+        disagreeing: mean(|t| t.disagreeing),
+    }
+}
+
+/// Sums over the points of one surface, moved before the other.
+#[derive(Default)]
+struct Tally {
+    points: f64,
+    gain: f64,
+    overlapping: f64,
+    distance: f64,
+    hovering: f64,
+    occluding: f64,
+    disagreeing: f64,
+}
+
+impl Tally {
+    fn of(moving: &Surface, fixed: &DenseSurface<'_>, fixed_from_moving: &RigidTransform, rule: &DenseRule) -> Tally {
+        let pose = Motion::new(fixed_from_moving);
+        let stride = moving.len().div_ceil(rule.max_points.max(1)).max(1);
+        let mut tally = Tally::default();
+        for i in (0..moving.len()).step_by(stride) {
+            tally.points += 1.0;
+            tally.add(&pose.moved(&moving.points()[i]), &pose.turned(&moving.normals()[i]), fixed, rule);
+        }
+        tally
+    }
+
+    fn share(&self, pick: fn(&Tally) -> f64) -> f64 {
+        if self.points > 0.0 { pick(self) / self.points } else { 0.0 }
+    }
+
+    fn add(&mut self, point: &Point, normal: &Point, fixed: &DenseSurface<'_>, rule: &DenseRule) {
+        let reach = rule.overlap_distance as f32;
+        if let Some(found) = fixed.near.nearest(point) {
+            let (offset, other) =
+                (minus(point, &fixed.surface.points()[found as usize]), &fixed.surface.normals()[found as usize]);
+            let distance_sq = dot(&offset, &offset);
+            if distance_sq < reach * reach {
+                self.touch(dot(&offset, other).abs(), dot(normal, other), rule);
+                return;
+            }
+            if distance_sq < 4.0 * reach * reach {
+                return;
+            }
+        }
+        self.hovering += f64::from(u8::from(hovers(point, fixed, rule)));
+        let hides = fixed.depth.as_ref().is_some_and(|image| image.hides(point, rule.occlusion_depth as f32));
+        self.occluding += f64::from(u8::from(hides));
+    }
+
+    fn touch(&mut self, plane_distance: f32, cosine: f32, rule: &DenseRule) {
+        if cosine > rule.min_normal_cosine as f32 {
+            let nearness = (1.0 - f64::from(plane_distance) / rule.overlap_distance).max(0.0);
+            self.gain += nearness * nearness;
+            self.overlapping += 1.0;
+            self.distance += f64::from(plane_distance);
+        } else {
+            self.disagreeing += 1.0;
+        }
+    }
+}
+
+/// Only the front counts: behind a surface there may well be more of the object, which its scan could not see.
+fn hovers(point: &Point, fixed: &DenseSurface<'_>, rule: &DenseRule) -> bool {
+    let Some(found) = fixed.far.nearest(point) else { return false };
+    let offset = minus(point, &fixed.surface.points()[found as usize]);
+    let distance = dot(&offset, &offset).sqrt();
+    distance >= rule.hover_from as f32
+        && distance <= rule.hover_to as f32
+        && dot(&offset, &fixed.surface.normals()[found as usize]) > HOVER_COSINE * distance
+}
+
+/// A pose in `f32`, for many points.
+struct Motion {
+    linear: [Point; 3],
+    shift: Point,
+}
+
+impl Motion {
+    fn new(pose: &RigidTransform) -> Self {
+        let rotation = pose.rotation.to_rotation_matrix();
+        Motion {
+            linear: std::array::from_fn(|row| std::array::from_fn(|column| rotation[(row, column)] as f32)),
+            shift: congruent_geometry::narrow(&pose.translation.vector),
+        }
+    }
+
+    fn turned(&self, v: &Point) -> Point {
+        self.linear.each_ref().map(|row| dot(row, v))
+    }
+
+    fn moved(&self, p: &Point) -> Point {
+        let turned = self.turned(p);
+        std::array::from_fn(|axis| turned[axis] + self.shift[axis])
+    }
+}
+
+fn minus(a: &Point, b: &Point) -> Point {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn dot(a: &Point, b: &Point) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use congruent_geometry::NeighborIndex;
+
+    const RULE: DenseRule = DenseRule {
+        overlap_distance: 3.0,
+        min_normal_cosine: 0.6,
+        hover_from: 6.0,
+        hover_to: 24.0,
+        occlusion_depth: 5.0,
+        hover_weight: 20.0,
+        occlusion_weight: 20.0,
+        max_points: 10_000,
+    };
+
+    /// A flat sheet of 40 by 40 points two apart, seen from above (+z).
+    fn sheet() -> Surface {
+        let points: Vec<Point> =
+            (0..1600).map(|i| [2.0 * (i % 40) as f32 - 39.0, 2.0 * (i / 40) as f32 - 39.0, 0.0]).collect();
+        let index = NeighborIndex::new(&points);
+        Surface::new(points, vec![[0.0, 0.0, 1.0]; 1600], index, 2.0)
+    }
+
+    fn ready(surface: &Surface) -> DenseSurface<'_> {
+        DenseSurface {
+            surface,
+            near: NearestField::new(surface.points(), 2.0, 6.0),
+            far: NearestField::new(surface.points(), 4.0, 24.0),
+            depth: Some(DepthImage::new(surface.points(), &[0.0, 0.0, 1e4], 4.0)),
+        }
+    }
+
+    fn measured(pose: RigidTransform) -> DenseAgreement {
+        let surface = sheet();
+        agreement(&ready(&surface), &ready(&surface), &pose, &RULE)
+    }
+
+    #[test]
+    fn a_surface_agrees_with_itself() {
+        let same = measured(RigidTransform::identity());
+        assert!(same.soft_overlap > 0.999 && same.overlap == 1.0 && same.residual < 1e-6);
+        assert!(same.hover == 0.0 && same.occlusion == 0.0 && same.disagreeing == 0.0);
+        assert_eq!(same.score(&RULE), Score::new(same.soft_overlap));
+    }
+
+    #[test]
+    fn overlap_falls_with_the_distance_between_the_planes() {
+        let lifted = measured(RigidTransform::translation(0.0, 0.0, 1.5));
+        assert!((lifted.soft_overlap - 0.25).abs() < 0.01 && (lifted.residual - 1.5).abs() < 1e-3);
+    }
+
+    #[test]
+    fn what_floats_before_a_surface_contradicts_it_and_what_lies_behind_does_not() {
+        // Lifted, the source hovers before the target, while the target lies behind the source.
+        let lifted = measured(RigidTransform::translation(0.0, 0.0, 12.0));
+        assert!(lifted.hover > 0.9 && lifted.hover <= 1.0 && lifted.occlusion > 0.8, "{lifted:?}");
+        assert!(lifted.soft_overlap == 0.0 && lifted.residual.is_infinite());
+    }
+
+    #[test]
+    fn the_back_of_a_surface_does_not_overlap_its_front() {
+        let turned = measured(RigidTransform::rotation(nalgebra::Vector3::x() * std::f64::consts::PI));
+        assert!(turned.overlap == 0.0 && turned.disagreeing > 0.99);
+    }
+}

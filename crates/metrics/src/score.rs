@@ -1,0 +1,49 @@
+//! What a metric says about a hypothesis.
+
+use std::cmp::Ordering;
+
+/// Larger is better, always; never NaN, so that scores have a total order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Score(f64);
+
+impl Score {
+    /// Below every score that a metric gives.
+    pub const WORST: Score = Score(f64::NEG_INFINITY);
+
+    /// A score; a value that is not a number becomes the worst.
+    #[must_use]
+    pub fn new(value: f64) -> Score {
+        if value.is_nan() { Score::WORST } else { Score(value) }
+    }
+
+    /// The number.
+    #[must_use]
+    pub fn value(self) -> f64 {
+        self.0
+    }
+}
+
+impl Eq for Score {}
+
+impl Ord for Score {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
+impl PartialOrd for Score {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn not_a_number_is_the_worst() {
+        assert_eq!(Score::new(f64::NAN), Score::WORST);
+        assert!(Score::WORST < Score::new(-1e300) && Score::new(1.0) < Score::new(2.0));
+    }
+}

@@ -1,0 +1,138 @@
+//! The one hot loop: residuals of all pairs under a pose, their gains added up.
+
+use crate::{Evidence, Kernel, Score};
+use congruent_geometry::RigidTransform;
+use multiversion::multiversion;
+
+/// Pairs whose gains are added side by side.
+const LANES: usize = 32;
+
+/// Scores a hypothesis.
+pub trait Metric: Send + Sync {
+    /// How well `target_from_source` explains the evidence; no evidence scores zero.
+    fn score(&self, evidence: &Evidence, target_from_source: &RigidTransform) -> Score;
+
+    /// Weight of a pair with this residual (data units) in the least-squares fit that raises the score.
+    fn weight(&self, residual: f64) -> f64;
+}
+
+/// The metric that adds up a kernel's gain over all pairs.
+#[derive(Clone, Debug)]
+pub struct Summed<K>(pub K);
+
+impl<K: Kernel> Metric for Summed<K> {
+    fn score(&self, evidence: &Evidence, target_from_source: &RigidTransform) -> Score {
+        Score::new(f64::from(total(&self.0, &Rows::new(target_from_source), evidence)))
+    }
+
+    fn weight(&self, residual: f64) -> f64 {
+        self.0.weight(residual)
+    }
+}
+
+/// The pose as the loop wants it.
+struct Rows {
+    linear: [[f32; 3]; 3],
+    shift: [f32; 3],
+}
+
+impl Rows {
+    fn new(pose: &RigidTransform) -> Self {
+        let rotation = pose.rotation.to_rotation_matrix();
+        let shift = pose.translation.vector;
+        Rows {
+            linear: std::array::from_fn(|row| std::array::from_fn(|column| rotation[(row, column)] as f32)),
+            shift: [shift.x as f32, shift.y as f32, shift.z as f32],
+        }
+    }
+
+    #[inline(always)]
+    fn residual_sq(&self, p: [f32; 3], q: [f32; 3]) -> f32 {
+        let [x, y, z]: [f32; 3] = std::array::from_fn(|row| {
+            let [a, b, c] = self.linear[row];
+            a * p[0] + (b * p[1] + (c * p[2] + (self.shift[row] - q[row])))
+        });
+        x * x + (y * y + z * z)
+    }
+}
+
+/// Compiled once for each instruction set and chosen at run time. No product is fused with a sum, and the lanes are
+/// added in a fixed order, so the bits are the same on all of them.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+fn total<K: Kernel>(kernel: &K, pose: &Rows, evidence: &Evidence) -> f32 {
+    let [px, py, pz] = evidence.source.each_ref().map(|axis| axis.as_chunks::<LANES>());
+    let [qx, qy, qz] = evidence.target.each_ref().map(|axis| axis.as_chunks::<LANES>());
+    let blocks = px.0.len();
+    let (py_blocks, pz_blocks) = (&py.0[..blocks], &pz.0[..blocks]);
+    let (qx_blocks, qy_blocks, qz_blocks) = (&qx.0[..blocks], &qy.0[..blocks], &qz.0[..blocks]);
+    let mut sums = [0.0f32; LANES];
+    for b in 0..blocks {
+        for lane in 0..LANES {
+            let p = [px.0[b][lane], py_blocks[b][lane], pz_blocks[b][lane]];
+            let q = [qx_blocks[b][lane], qy_blocks[b][lane], qz_blocks[b][lane]];
+            sums[lane] += kernel.gain(pose.residual_sq(p, q));
+        }
+    }
+    let mut sum: f32 = sums.iter().sum();
+    for i in 0..px.1.len() {
+        sum += kernel.gain(pose.residual_sq([px.1[i], py.1[i], pz.1[i]], [qx.1[i], qy.1[i], qz.1[i]]));
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Huber, InlierCount, Mse};
+    use congruent_geometry::random::Stream;
+    use nalgebra::{Translation3, Vector3};
+
+    fn example(n: usize) -> (Evidence, RigidTransform) {
+        let mut stream = Stream::new(1, n as u64);
+        let pose = RigidTransform::from_parts(Translation3::new(3.0, -20.0, 7.0), stream.rotation());
+        let pairs: Vec<_> = (0..n)
+            .map(|_| {
+                let p = Vector3::new(stream.normal(), stream.normal(), stream.normal()) * 50.0;
+                let noise = Vector3::new(stream.normal(), stream.normal(), stream.normal()) * 5.0;
+                let q = (pose * nalgebra::Point3::from(p)).coords + noise;
+                (congruent_geometry::narrow(&p), congruent_geometry::narrow(&q))
+            })
+            .collect();
+        (Evidence::new(pairs), pose)
+    }
+
+    #[test]
+    fn the_blocked_sum_equals_the_plain_one() {
+        for n in [0, 1, 31, 32, 33, 64, 500] {
+            let (evidence, pose) = example(n);
+            let kernel = Mse::new(7.5);
+            let plain: f64 = (0..n).map(|i| f64::from(kernel.gain((evidence.residual(i, &pose) as f32).powi(2)))).sum();
+            let blocked = Summed(kernel).score(&evidence, &pose).value();
+            assert!((plain - blocked).abs() < 1e-3 * (1.0 + plain), "{n}: {plain} {blocked}");
+        }
+    }
+
+    #[test]
+    fn the_inlier_count_equals_the_list_of_inliers() {
+        let (evidence, pose) = example(777);
+        let counted = Summed(InlierCount::new(7.5)).score(&evidence, &pose).value();
+        assert_eq!(counted, evidence.inliers(&pose, 7.5).len() as f64);
+    }
+
+    #[test]
+    fn tighter_residuals_win_only_where_inliers_are_not_equal() {
+        // Two poses with the same three inliers, one of them tighter.
+        let evidence = Evidence::new([[0.0f32, 0.0, 0.0], [30.0, 0.0, 0.0], [0.0, 30.0, 0.0]].map(|p| (p, p)));
+        let shift = |by: f64| RigidTransform::translation(by, 0.0, 0.0);
+        for by in [(1.0, 2.0), (0.0, 6.0)] {
+            let score = |metric: &dyn Metric, by: f64| metric.score(&evidence, &shift(by));
+            let t = 7.5;
+            assert_eq!(score(&Summed(InlierCount::new(t)), by.0), score(&Summed(InlierCount::new(t)), by.1));
+            for metric in crate::config::tests::one_of_each(t, 1.0) {
+                assert!(score(metric.as_ref(), by.0) >= score(metric.as_ref(), by.1));
+            }
+            assert!(score(&Summed(Mse::new(t)), by.0) > score(&Summed(Mse::new(t)), by.1));
+            assert!(score(&Summed(Huber::new(t)), by.0) > score(&Summed(Huber::new(t)), by.1));
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! Why a pair could not be registered, and what to try.
+
+/// A reason that a user can act on.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Failure {
+    /// The voxel grid was too coarse for the scan.
+    #[error("the voxel grid left {left} points of a scan; lower sampling.voxel-grid.leaf")]
+    FewPoints {
+        /// Points left.
+        left: usize,
+    },
+    /// A scan without enough keypoints.
+    #[error(
+        "{found} keypoints were found and described on a scan, at least 3 are needed; use a denser detector such as [detector.uniform], or larger scans"
+    )]
+    FewKeypoints {
+        /// Keypoints with a valid descriptor.
+        found: usize,
+    },
+    /// Too few matches to make a pose.
+    #[error("matching kept {kept} correspondences, at least 3 are needed; raise matcher.ratio.keep")]
+    FewMatches {
+        /// Correspondences kept.
+        kept: usize,
+    },
+    /// Every sample was degenerate.
+    #[error(
+        "no three correspondences span a triangle in both scans: the matches are too few or lie on a line; more overlap or another detector may help"
+    )]
+    NoHypothesis,
+    /// The best pose is no better than chance.
+    #[error(
+        "the best pose has {inliers} inliers of {matches} correspondences, no more than chance explains ({expected:.1} expected, {log10_false_alarms:+.1} powers of ten false alarms); more overlap, more iterations or another preset may help"
+    )]
+    NotSignificant {
+        /// Inliers of the best pose.
+        inliers: usize,
+        /// All correspondences.
+        matches: usize,
+        /// Inliers expected if matches were random.
+        expected: f64,
+        /// Decimal logarithm of the expected number of random poses this good.
+        log10_false_alarms: f64,
+    },
+}

@@ -1,0 +1,48 @@
+//! Two of a kind: what belongs to the source and what belongs to the target.
+
+/// One thing for each scan.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pair<T> {
+    /// The source's.
+    pub source: T,
+    /// The target's.
+    pub target: T,
+}
+
+impl<T: Sync> Pair<T> {
+    /// The same work for both scans, side by side where there are threads.
+    pub fn map<U: Send>(&self, work: impl Fn(&T) -> U + Sync) -> Pair<U> {
+        let (source, target) = rayon::join(|| work(&self.source), || work(&self.target));
+        Pair { source, target }
+    }
+}
+
+impl<T> Pair<T> {
+    /// What both have in common, by reference.
+    pub fn as_ref(&self) -> Pair<&T> {
+        Pair { source: &self.source, target: &self.target }
+    }
+
+    /// One pair of two.
+    pub fn zip<U>(self, other: Pair<U>) -> Pair<(T, U)> {
+        Pair { source: (self.source, other.source), target: (self.target, other.target) }
+    }
+}
+
+impl<T, E> Pair<Result<T, E>> {
+    /// Both results, or the first error.
+    ///
+    /// # Errors
+    /// The source's error, else the target's.
+    pub fn both(self) -> Result<Pair<T>, E> {
+        Ok(Pair { source: self.source?, target: self.target? })
+    }
+}
+
+impl Pair<f64> {
+    /// The arithmetic mean.
+    #[must_use]
+    pub fn mean(self) -> f64 {
+        (self.source + self.target) / 2.0
+    }
+}

@@ -1,0 +1,147 @@
+//! Is the best pose better than chance? The a-contrario test.
+//!
+//! Were the matches random, how many of the poses tried would have this many inliers? The chance of a single random
+//! match to be an inlier is measured under the pose itself: the share of *all* combinations of a matched source point
+//! with a matched target point that fall together. So a pose that lays a plane on a plane, where much falls together
+//! by itself, is held to a higher count.
+
+use crate::{Failure, VerdictConfig};
+use congruent_geometry::RigidTransform;
+use congruent_metrics::Evidence;
+use nalgebra::Point3;
+
+/// Correspondences that made the pose and so fit it anyway.
+const SAMPLE_SIZE: usize = 3;
+
+/// What the test says.
+pub(crate) struct Significance {
+    pub(crate) inliers: usize,
+    /// Decimal logarithm of the expected number of random poses this good.
+    pub(crate) log10_false_alarms: f64,
+    /// Inliers that random matches would have.
+    expected: f64,
+    matches: usize,
+}
+
+impl Significance {
+    /// Tests a pose that was the best of `trials`.
+    pub(crate) fn of(pose: &RigidTransform, evidence: &Evidence, threshold: f64, trials: u64) -> Self {
+        let (matches, inliers) = (evidence.len(), evidence.inliers(pose, threshold).len());
+        let chance = chance_of_inlier(pose, evidence, threshold);
+        let (free, hits) = (matches.saturating_sub(SAMPLE_SIZE), inliers.saturating_sub(SAMPLE_SIZE));
+        let ln_false_alarms = (trials.max(1) as f64).ln() + ln_binomial_tail(free, hits, chance);
+        Significance {
+            inliers,
+            log10_false_alarms: ln_false_alarms / std::f64::consts::LN_10,
+            expected: chance * matches as f64,
+            matches,
+        }
+    }
+
+    /// One half where the false alarms are just as many as allowed, towards one the fewer they are.
+    pub(crate) fn confidence(&self, config: &VerdictConfig) -> f64 {
+        1.0 / (1.0 + 10f64.powf(self.log10_false_alarms - config.max_false_alarms.log10()))
+    }
+
+    pub(crate) fn check(&self, config: &VerdictConfig) -> Result<(), Failure> {
+        if self.log10_false_alarms < config.max_false_alarms.log10() {
+            return Ok(());
+        }
+        Err(Failure::NotSignificant {
+            inliers: self.inliers,
+            matches: self.matches,
+            expected: self.expected,
+            log10_false_alarms: self.log10_false_alarms,
+        })
+    }
+}
+
+/// The share of all (source point, target point) combinations that the pose puts closer than `threshold`; never zero,
+/// because one more combination might have been.
+fn chance_of_inlier(pose: &RigidTransform, evidence: &Evidence, threshold: f64) -> f64 {
+    let n = evidence.len();
+    let targets: Vec<Point3<f64>> = (0..n).map(|i| Point3::from(evidence.target(i))).collect();
+    let threshold_sq = threshold * threshold;
+    let together: usize = (0..n)
+        .map(|i| {
+            let moved = pose * Point3::from(evidence.source(i));
+            targets.iter().filter(|q| (moved - **q).norm_squared() < threshold_sq).count()
+        })
+        .sum();
+    ((together as f64 + 1.0) / ((n * n) as f64 + 1.0)).min(1.0)
+}
+
+/// `ln P[B ≥ k]` for a binomial count of `n` draws with chance `p`.
+fn ln_binomial_tail(n: usize, k: usize, p: f64) -> f64 {
+    if k == 0 || p >= 1.0 {
+        return 0.0;
+    }
+    let mut ln_factorial = vec![0.0f64; n + 1];
+    for i in 1..=n {
+        ln_factorial[i] = ln_factorial[i - 1] + (i as f64).ln();
+    }
+    let ln_term = |i: usize| {
+        ln_factorial[n] - ln_factorial[i] - ln_factorial[n - i] + i as f64 * p.ln() + (n - i) as f64 * (-p).ln_1p()
+    };
+    let terms: Vec<f64> = (k..=n).map(ln_term).collect();
+    let largest = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    (largest + terms.iter().map(|t| (t - largest).exp()).sum::<f64>().ln()).min(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use congruent_geometry::random::Stream;
+
+    #[test]
+    fn the_binomial_tail_is_exact_and_does_not_underflow() {
+        for (n, k, p, expected) in [
+            (10usize, 8usize, 0.5f64, 56.0f64 / 1024.0),
+            (3, 3, 0.1, 0.001),
+            (5, 0, 0.3, 1.0),
+            (4, 1, 0.25, 1.0 - 0.75f64.powi(4)),
+        ] {
+            assert!((ln_binomial_tail(n, k, p).exp() - expected).abs() < 1e-12);
+        }
+        let far = ln_binomial_tail(2000, 1500, 1e-3);
+        assert!(far.is_finite() && far < -5000.0);
+    }
+
+    /// `n` pairs in a box of side 100, the first `right` of them at rest, the others random.
+    fn scene(n: usize, right: usize, flat: f64) -> Evidence {
+        let mut stream = Stream::new(2, n as u64);
+        let mut point = || {
+            [
+                stream.between(0.0, 100.0) as f32,
+                stream.between(0.0, 100.0) as f32,
+                (flat * stream.between(0.0, 100.0)) as f32,
+            ]
+        };
+        Evidence::new(
+            (0..n)
+                .map(|i| {
+                    let p = point();
+                    (p, if i < right { p } else { point() })
+                })
+                .collect::<Vec<_>>(),
+        )
+    }
+
+    fn false_alarms(evidence: &Evidence, threshold: f64) -> f64 {
+        Significance::of(&RigidTransform::identity(), evidence, threshold, 1000).log10_false_alarms
+    }
+
+    #[test]
+    fn inliers_beyond_chance_are_significant_and_chance_is_not() {
+        assert!(false_alarms(&scene(300, 30, 1.0), 7.5) < -10.0);
+        assert!(false_alarms(&scene(300, 3, 1.0), 7.5) > 0.0);
+        assert!(false_alarms(&scene(3, 3, 1.0), 7.5) > 0.0);
+        assert!(false_alarms(&Evidence::default(), 7.5) > 0.0);
+    }
+
+    #[test]
+    fn the_same_count_means_less_where_everything_falls_together() {
+        let (space, plane) = (false_alarms(&scene(300, 12, 1.0), 15.0), false_alarms(&scene(300, 12, 0.0), 15.0));
+        assert!(plane > space + 2.0, "{plane} {space}");
+    }
+}

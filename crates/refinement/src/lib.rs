@@ -1,0 +1,7 @@
+//! From a rough pose to an exact one: iterative closest points.
+
+mod nearest;
+mod point_to_plane;
+
+pub use nearest::Nearest;
+pub use point_to_plane::{PointToPlane, Refinement};

@@ -1,0 +1,180 @@
+//! What spoils scans, in measured doses; seeded, and each as a new scan made from an old one.
+//!
+//! Points only move by known amounts or vanish, so a known true motion stays true. Where points vanish, the order of
+//! the rest stays, their normals go with them, and triangles stay whose three corners do.
+
+mod decimate;
+mod holes;
+
+pub use decimate::decimate_uniform;
+pub use holes::cut_holes;
+
+use congruent_geometry::random::Stream;
+use congruent_geometry::{RawScan, RigidTransform, narrow, wide};
+use nalgebra::Point3;
+
+/// Adds independent normal noise of standard deviation `sigma` (data units) to x, y and z. Normals stay as they were.
+#[must_use]
+pub fn add_noise(scan: &RawScan, sigma: f64, seed: u64) -> RawScan {
+    let mut noisy = scan.clone();
+    for (i, point) in (0u64..).zip(&mut noisy.points) {
+        let mut stream = Stream::new(seed, i);
+        *point = point.map(|v| v + sigma * stream.normal());
+    }
+    noisy
+}
+
+/// Keeps the given share of the points, chosen at random; the count is the share rounded to whole points.
+#[must_use]
+pub fn keep_random(scan: &RawScan, share: f64, seed: u64) -> RawScan {
+    let n = scan.points.len();
+    let n_kept = (share.clamp(0.0, 1.0) * n as f64).round() as usize;
+    let mut keep = vec![false; n];
+    for &i in &shuffled(n, n_kept, seed)[..n_kept] {
+        keep[i as usize] = true;
+    }
+    only(scan, &keep)
+}
+
+/// The same scan moved rigidly, normals too.
+#[must_use]
+pub fn moved(scan: &RawScan, motion: &RigidTransform) -> RawScan {
+    let turned = |n: &Vec<_>| n.iter().map(|&n| narrow(&(motion.rotation * wide(n)))).collect();
+    RawScan {
+        points: scan.points.iter().map(|&p| (motion * Point3::from(p)).into()).collect(),
+        normals: scan.normals.as_ref().map(turned),
+        triangles: scan.triangles.clone(),
+    }
+}
+
+/// The same scan in another unit: coordinates times `factor`, which should be above zero.
+#[must_use]
+pub fn scaled(scan: &RawScan, factor: f64) -> RawScan {
+    let mut scaled = scan.clone();
+    scaled.points.iter_mut().for_each(|p| *p = p.map(|v| v * factor));
+    scaled
+}
+
+/// The same points in a random order; normals and triangles follow.
+#[must_use]
+pub fn permuted(scan: &RawScan, seed: u64) -> RawScan {
+    let order = shuffled(scan.points.len(), scan.points.len(), seed);
+    let mut new_place = vec![0u32; order.len()];
+    for (place, &i) in (0u32..).zip(&order) {
+        new_place[i as usize] = place;
+    }
+    RawScan {
+        points: order.iter().map(|&i| scan.points[i as usize]).collect(),
+        normals: scan.normals.as_ref().map(|n| order.iter().map(|&i| n[i as usize]).collect()),
+        triangles: scan.triangles.iter().map(|t| t.map(|i| new_place[i as usize])).collect(),
+    }
+}
+
+/// The numbers below `n` with the first `n_drawn` places drawn at random (Fisher and Yates, stopped early).
+fn shuffled(n: usize, n_drawn: usize, seed: u64) -> Vec<u32> {
+    let mut stream = Stream::new(seed, 0);
+    let mut order: Vec<u32> = (0..n as u32).collect();
+    for place in 0..n_drawn {
+        order.swap(place, place + stream.below((n - place) as u32) as usize);
+    }
+    order
+}
+
+/// The points marked, in their order.
+fn only(scan: &RawScan, keep: &[bool]) -> RawScan {
+    let mut n_kept = 0;
+    let new_place: Vec<Option<u32>> = keep
+        .iter()
+        .map(|&kept| {
+            n_kept += u32::from(kept);
+            kept.then(|| n_kept - 1)
+        })
+        .collect();
+    let whole = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| new_place[i as usize]);
+        Some([a?, b?, c?])
+    };
+    RawScan {
+        points: marked(&scan.points, keep),
+        normals: scan.normals.as_ref().map(|n| marked(n, keep)),
+        triangles: scan.triangles.iter().filter_map(whole).collect(),
+    }
+}
+
+fn marked<T: Copy>(values: &[T], keep: &[bool]) -> Vec<T> {
+    values.iter().zip(keep).filter(|(_, kept)| **kept).map(|(v, _)| *v).collect()
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    /// A flat random cloud over 10 × 10 units; each point's normal carries its number.
+    pub(crate) fn cloud(n: u32) -> RawScan {
+        let mut stream = Stream::new(9, 0);
+        let points = (0..n).map(|_| [stream.between(0.0, 10.0), stream.between(0.0, 10.0), 1.0]).collect();
+        let normals = Some((0..n).map(|i| [i as f32, 0.0, 0.0]).collect());
+        RawScan { points, normals, triangles: (2..n).map(|i| [i - 2, i - 1, i]).collect() }
+    }
+
+    /// Numbers of the points that are left, read from their normals; checks that points and triangles went along.
+    pub(crate) fn survivors(original: &RawScan, left: &RawScan) -> Vec<u32> {
+        let numbers: Vec<u32> = left.normals.as_ref().unwrap().iter().map(|n| n[0] as u32).collect();
+        let expected: Vec<[f64; 3]> = numbers.iter().map(|&i| original.points[i as usize]).collect();
+        assert_eq!(left.points, expected);
+        for t in &left.triangles {
+            assert!(original.triangles.contains(&t.map(|i| numbers[i as usize])));
+        }
+        numbers
+    }
+
+    #[test]
+    fn noise_has_its_deviation_on_each_axis() {
+        let clean = cloud(20_000);
+        let noisy = add_noise(&clean, 0.5, 3);
+        for axis in 0..3 {
+            let errors = clean.points.iter().zip(&noisy.points).map(|(a, b)| b[axis] - a[axis]);
+            let variance = errors.map(|e| e * e).sum::<f64>() / 20_000.0;
+            // Six standard errors of a variance from 20 000 draws.
+            assert!((variance / 0.25 - 1.0).abs() < 0.06, "{axis}: {variance}");
+        }
+        assert_eq!(add_noise(&clean, 0.5, 3), noisy);
+        assert_ne!(add_noise(&clean, 0.5, 4), noisy);
+        assert_eq!(add_noise(&clean, 0.0, 3), clean);
+    }
+
+    #[test]
+    fn random_decimation_keeps_the_exact_count_in_order() {
+        let all = cloud(1001);
+        for (share, expected) in [(0.0, 0), (0.2, 200), (0.5, 501), (1.0, 1001), (-1.0, 0), (7.0, 1001)] {
+            let kept = survivors(&all, &keep_random(&all, share, 1));
+            assert_eq!(kept.len(), expected);
+            assert!(kept.is_sorted());
+        }
+        assert_eq!(keep_random(&all, 0.3, 5), keep_random(&all, 0.3, 5));
+        assert_ne!(keep_random(&all, 0.3, 5), keep_random(&all, 0.3, 6));
+        assert_eq!(keep_random(&RawScan::default(), 0.5, 0), RawScan::default());
+    }
+
+    #[test]
+    fn permutation_keeps_the_set_and_the_triangles() {
+        let all = cloud(500);
+        let mixed = permuted(&all, 2);
+        let mut numbers = survivors(&all, &mixed);
+        assert_ne!(numbers, (0..500).collect::<Vec<_>>());
+        numbers.sort_unstable();
+        assert_eq!(numbers, (0..500).collect::<Vec<_>>());
+        assert_eq!(mixed.triangles.len(), all.triangles.len());
+    }
+
+    #[test]
+    fn motion_turns_normals_but_does_not_shift_them() {
+        let scan = RawScan { points: vec![[1.0, 0.0, 0.0]], normals: Some(vec![[1.0, 0.0, 0.0]]), triangles: vec![] };
+        let quarter = RigidTransform::new(Vector3::new(0.0, 0.0, 5.0), Vector3::z() * std::f64::consts::FRAC_PI_2);
+        let turned = moved(&scan, &quarter);
+        assert!((Vector3::from(turned.points[0]) - Vector3::new(0.0, 1.0, 5.0)).norm() < 1e-12);
+        assert!((wide(turned.normals.unwrap()[0]) - Vector3::y()).norm() < 1e-6);
+        assert_eq!(scaled(&scan, 1000.0).points, [[1000.0, 0.0, 0.0]]);
+    }
+}
