@@ -20,6 +20,10 @@ pub(crate) struct Report {
     reason: Option<String>,
     confidence: f64,
     score: Option<f64>,
+    /// Decimal logarithm of the number of random poses that would have as many inliers.
+    log10_false_alarms: Option<f64>,
+    /// How the two surfaces lie on each other under the pose.
+    agreement: Option<Agreement>,
     counts: Counts,
     /// Mean distance between neighbouring points: of the scans as they came, and of the sampled clouds (`pr`).
     resolution: Resolution,
@@ -30,12 +34,24 @@ pub(crate) struct Report {
 }
 
 #[derive(Debug, Serialize)]
+struct Agreement {
+    score: f64,
+    overlap: f64,
+    residual_pr: Option<f64>,
+    hover: f64,
+    occlusion: f64,
+    disagreeing: f64,
+}
+
+#[derive(Debug, Serialize)]
 struct Counts {
     points: [usize; 2],
     sampled: [usize; 2],
     keypoints: [usize; 2],
     described: [usize; 2],
     correspondences: usize,
+    trials: u64,
+    poses: usize,
     inliers: usize,
 }
 
@@ -72,12 +88,23 @@ impl Report {
             reason,
             confidence: registration.confidence,
             score: registration.score,
+            log10_false_alarms: registration.log10_false_alarms,
+            agreement: registration.agreement.map(|a| Agreement {
+                score: a.score,
+                overlap: a.overlap,
+                residual_pr: a.residual_pr,
+                hover: a.hover,
+                occlusion: a.occlusion,
+                disagreeing: a.disagreeing,
+            }),
             counts: Counts {
                 points: two(counts.points),
                 sampled: two(counts.sampled),
                 keypoints: two(counts.keypoints),
                 described: two(counts.described),
                 correspondences: counts.correspondences,
+                trials: counts.trials,
+                poses: counts.poses,
                 inliers: counts.inliers,
             },
             resolution: Resolution { raw: registration.raw_resolution, sampled: registration.resolution },
@@ -106,7 +133,22 @@ impl Report {
             format!("{} and {}, sampled to {} and {}", c.points[0], c.points[1], c.sampled[0], c.sampled[1]),
         );
         line("keypoints", format!("{} and {}", c.described[0], c.described[1]));
-        line("correspondences", format!("{}, {} of them inliers", c.correspondences, c.inliers));
+        line(
+            "correspondences",
+            format!("{}, {} of them inliers; {} poses looked at", c.correspondences, c.inliers, c.poses),
+        );
+        if let Some(a) = &self.agreement {
+            let residual = a.residual_pr.map_or(String::new(), |r| format!(", {r:.2} pr apart where they touch"));
+            let against = 100.0 * (a.hover + a.occlusion);
+            line(
+                "surfaces",
+                format!(
+                    "{:.0} % overlap{residual}, {against:.1} % contradicts (score {:.3})",
+                    100.0 * a.overlap,
+                    a.score
+                ),
+            );
+        }
         line(
             "resolution",
             format!("{:.4} as scanned, {:.4} sampled (data units)", self.resolution.raw, self.resolution.sampled),

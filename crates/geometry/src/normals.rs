@@ -11,6 +11,8 @@ pub enum Neighborhood {
     Nearest(usize),
     /// All points within this distance, data units.
     Radius(f64),
+    /// The same, or so many nearest points where there are fewer.
+    RadiusAtLeast(f64, usize),
 }
 
 /// A surface normal without a settled sign.
@@ -31,10 +33,15 @@ pub fn estimate_normals(points: &[Point], index: &NeighborIndex, neighborhood: N
 fn estimate(points: &[Point], index: &NeighborIndex, neighborhood: Neighborhood, point: &Point) -> PointNormal {
     let mut scatter = Scatter::around(point);
     match neighborhood {
-        Neighborhood::Nearest(k) => {
-            index.nearest_n(point, k).iter().for_each(|n| scatter.add(&points[n.index as usize]))
+        Neighborhood::Nearest(k) => scatter.add_nearest(points, index, point, k),
+        Neighborhood::Radius(radius) => scatter.add_within(points, index, point, radius),
+        Neighborhood::RadiusAtLeast(radius, k) => {
+            scatter.add_within(points, index, point, radius);
+            if scatter.n < k as f64 {
+                scatter = Scatter::around(point);
+                scatter.add_nearest(points, index, point, k);
+            }
         }
-        Neighborhood::Radius(radius) => index.within(point, radius, |n| scatter.add(&points[n.index as usize])),
     }
     scatter.normal().unwrap_or_default()
 }
@@ -57,6 +64,14 @@ impl Scatter {
         self.n += 1.0;
         self.sum += offset;
         self.squares += offset * offset.transpose();
+    }
+
+    fn add_nearest(&mut self, points: &[Point], index: &NeighborIndex, point: &Point, k: usize) {
+        index.nearest_n(point, k).iter().for_each(|n| self.add(&points[n.index as usize]));
+    }
+
+    fn add_within(&mut self, points: &[Point], index: &NeighborIndex, point: &Point, radius: f64) {
+        index.within(point, radius, |n| self.add(&points[n.index as usize]));
     }
 
     fn normal(&self) -> Option<PointNormal> {

@@ -40,6 +40,13 @@ impl Surface {
         &self.normals
     }
 
+    /// The same surface seen from its other side.
+    #[must_use]
+    pub fn flipped(mut self) -> Self {
+        self.normals.iter_mut().for_each(|normal| *normal = normal.map(|v| -v));
+        self
+    }
+
     /// Neighbours among [`Surface::points`].
     #[must_use]
     pub fn index(&self) -> &NeighborIndex {

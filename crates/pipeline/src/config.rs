@@ -1,15 +1,23 @@
 //! Everything a user may say about the chain. The defaults live here, and in the families' own configs.
 
-use congruent_descriptors::DescriptorConfig;
-use congruent_estimators::EstimatorConfig;
-use congruent_geometry::{Length, Orientation};
-use congruent_keypoints::{DetectorConfig, HarrisConfig, SupportFilter};
-use congruent_matching::MatcherConfig;
+mod choice;
+mod preparation;
+
+pub use choice::{
+    AContrarioConfig, DenseConfig, DenseVerdictConfig, EscalationStep, PointToPlaneConfig, PoolConfig, RankingConfig,
+    RefinementConfig, Signs, VerdictConfig,
+};
+pub use preparation::{BudgetConfig, NeighborhoodConfig, NormalSource, NormalsConfig, SamplingConfig, VoxelGridConfig};
+
+use congruent_descriptors::{DescriptorConfig, FpfhConfig, FpfhVariant};
+use congruent_estimators::{EstimatorConfig, PivotsConfig};
+use congruent_geometry::Length;
+use congruent_keypoints::{DetectorConfig, SupportFilter, UniformConfig};
+use congruent_matching::{MatcherConfig, MutualConfig};
 use congruent_metrics::MetricConfig;
 use serde::{Deserialize, Serialize};
 
-/// The whole chain. Lengths in `pr` are multiples of the mean resolution of the two clouds that the stage works on:
-/// the scans as they came for `sampling`, the sampled clouds for all the rest.
+/// The whole chain. What `pr` means is settled by `sampling`: see [`SamplingConfig`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct PipelineConfig {
@@ -29,100 +37,45 @@ pub struct PipelineConfig {
     pub matcher: MatcherConfig,
     /// How to propose poses.
     pub estimator: EstimatorConfig,
-    /// How to choose among them.
+    /// How to score them by the correspondences.
     pub metric: MetricConfig,
-    /// When to believe the best.
+    /// Which of the best are kept.
+    pub pool: PoolConfig,
+    /// How to choose among those that are kept.
+    pub ranking: RankingConfig,
+    /// What is done to the chosen pose.
+    pub refinement: RefinementConfig,
+    /// When to believe it.
     pub verdict: VerdictConfig,
-}
-
-/// The choice of a sampling.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum SamplingConfig {
-    /// Every point is used.
-    None {},
-    /// One centroid for each occupied cell.
-    VoxelGrid(VoxelGridConfig),
-}
-
-/// Settings of `[sampling.voxel-grid]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
-pub struct VoxelGridConfig {
-    /// Side of a cell; `pr` is here the resolution of the scans as they came.
-    pub leaf: Length,
-}
-
-/// Where normals come from. Descriptors need them with the same sign convention on both scans.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
-pub struct NormalsConfig {
-    /// Estimated, or taken from the scan.
-    pub source: NormalSource,
-    /// Neighbours that a normal is estimated from, the point itself included.
-    pub neighbors: usize,
-    /// Which side is the outside.
-    pub orientation: Orientation,
-}
-
-/// Where normals come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum NormalSource {
-    /// By principal component analysis, always.
-    #[default]
-    Estimated,
-    /// The mesh's (from its triangles) or the file's own, where the scan has them; estimated elsewhere.
-    Given,
-}
-
-/// When a pose is believed: it must have more inliers than chance explains.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
-pub struct VerdictConfig {
-    /// Residuals below it are inliers.
-    pub inlier_threshold: Length,
-    /// Random poses as good as this one that may be expected among all trials.
-    pub max_false_alarms: f64,
+    /// What to try, one after the other, as long as it is not believed.
+    pub escalation: Vec<EscalationStep>,
 }
 
 impl Default for PipelineConfig {
+    /// The robust chain: dense keypoints, mutual matches, a compatibility graph, many poses, and a choice by how well
+    /// the surfaces lie on each other.
     fn default() -> Self {
         PipelineConfig {
             seed: 0,
-            sampling: SamplingConfig::default(),
+            sampling: SamplingConfig::Budget(BudgetConfig::default()),
             normals: NormalsConfig::default(),
-            detector: DetectorConfig::Harris(HarrisConfig::default()),
-            support: SupportFilter::default(),
-            descriptor: DescriptorConfig::default(),
-            matcher: MatcherConfig::default(),
-            estimator: EstimatorConfig::default(),
+            detector: DetectorConfig::Uniform(UniformConfig { leaf: Length::Resolutions(4.0) }),
+            support: SupportFilter { radius: Length::Resolutions(15.0), min_points: 15 },
+            descriptor: DescriptorConfig::Fpfh(FpfhConfig {
+                radius: Length::Resolutions(15.0),
+                variant: FpfhVariant::Open3d,
+            }),
+            matcher: MatcherConfig::Mutual(MutualConfig::default()),
+            estimator: EstimatorConfig::Pivots(PivotsConfig::default()),
             metric: MetricConfig::default(),
-            verdict: VerdictConfig::default(),
+            pool: PoolConfig::default(),
+            ranking: RankingConfig::Dense(DenseConfig::default()),
+            refinement: RefinementConfig::PointToPlane(PointToPlaneConfig::default()),
+            verdict: VerdictConfig::Dense(DenseVerdictConfig::default()),
+            escalation: vec![
+                EscalationStep { max_points: 25_000, poses: 500, refined: 100, signs: Signs::Kept },
+                EscalationStep { max_points: 12_000, poses: 300, refined: 50, signs: Signs::Other },
+            ],
         }
-    }
-}
-
-impl Default for SamplingConfig {
-    fn default() -> Self {
-        SamplingConfig::VoxelGrid(VoxelGridConfig::default())
-    }
-}
-
-impl Default for VoxelGridConfig {
-    fn default() -> Self {
-        VoxelGridConfig { leaf: Length::Resolutions(2.0) }
-    }
-}
-
-impl Default for NormalsConfig {
-    fn default() -> Self {
-        NormalsConfig { source: NormalSource::default(), neighbors: 50, orientation: Orientation::Propagate {} }
-    }
-}
-
-impl Default for VerdictConfig {
-    fn default() -> Self {
-        VerdictConfig { inlier_threshold: Length::Resolutions(7.5), max_false_alarms: 1e-3 }
     }
 }

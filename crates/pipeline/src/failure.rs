@@ -43,4 +43,16 @@ pub enum Failure {
         /// Decimal logarithm of the expected number of random poses this good.
         log10_false_alarms: f64,
     },
+    /// The surfaces do not lie on each other well enough.
+    #[error("the best pose found lays the scans on each other with score {score:.3}, {needed:.3} is needed (overlap {:.0} %, contradicted by {:.1} % of the points); more overlap, a viewpoint or another preset may help", 100.0 * .overlap, 100.0 * .contradictions)]
+    PoorFit {
+        /// Of the ranking.
+        score: f64,
+        /// From which a pose is believed.
+        needed: f64,
+        /// Share of overlapping points.
+        overlap: f64,
+        /// Share of points that hover or occlude.
+        contradictions: f64,
+    },
 }

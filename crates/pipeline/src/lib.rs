@@ -3,18 +3,24 @@
 //! [`register`] reads like the method section of the paper; [`PipelineConfig`] is everything a user may say about it.
 //! Nothing here opens a file or prints.
 
+mod chain;
 mod config;
 mod failure;
 mod pair;
 mod preparation;
+mod ranking;
 mod register;
 mod registration;
 mod stage;
 mod verdict;
 
-pub use config::{NormalSource, NormalsConfig, PipelineConfig, SamplingConfig, VerdictConfig, VoxelGridConfig};
+pub use config::{
+    AContrarioConfig, BudgetConfig, DenseConfig, DenseVerdictConfig, EscalationStep, NeighborhoodConfig, NormalSource,
+    NormalsConfig, PipelineConfig, PointToPlaneConfig, PoolConfig, RankingConfig, RefinementConfig, SamplingConfig,
+    Signs, VerdictConfig, VoxelGridConfig,
+};
 pub use failure::Failure;
 pub use pair::Pair;
 pub use register::register;
-pub use registration::{Counts, Registration, Verdict};
+pub use registration::{Agreement, Counts, Registration, Verdict};
 pub use stage::{Stage, StageTime};

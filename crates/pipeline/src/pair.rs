@@ -9,16 +9,27 @@ pub struct Pair<T> {
     pub target: T,
 }
 
-impl<T: Sync> Pair<T> {
+impl<T> Pair<T> {
     /// The same work for both scans, side by side where there are threads.
-    pub fn map<U: Send>(&self, work: impl Fn(&T) -> U + Sync) -> Pair<U> {
+    pub fn map<U: Send>(&self, work: impl Fn(&T) -> U + Sync) -> Pair<U>
+    where
+        T: Sync,
+    {
         let (source, target) = rayon::join(|| work(&self.source), || work(&self.target));
         Pair { source, target }
     }
-}
 
-impl<T> Pair<T> {
-    /// What both have in common, by reference.
+    /// The same, with what is handed over used up.
+    pub fn into_map<U: Send>(self, work: impl Fn(T) -> U + Sync) -> Pair<U>
+    where
+        T: Send,
+    {
+        let Pair { source, target } = self;
+        let (source, target) = rayon::join(|| work(source), || work(target));
+        Pair { source, target }
+    }
+
+    /// Both by reference.
     pub fn as_ref(&self) -> Pair<&T> {
         Pair { source: &self.source, target: &self.target }
     }
@@ -26,6 +37,14 @@ impl<T> Pair<T> {
     /// One pair of two.
     pub fn zip<U>(self, other: Pair<U>) -> Pair<(T, U)> {
         Pair { source: (self.source, other.source), target: (self.target, other.target) }
+    }
+}
+
+impl<T, U> Pair<(T, U)> {
+    /// Two pairs of one.
+    pub fn unzip(self) -> (Pair<T>, Pair<U>) {
+        let ((a, b), (c, d)) = (self.source, self.target);
+        (Pair { source: a, target: c }, Pair { source: b, target: d })
     }
 }
 
@@ -43,6 +62,6 @@ impl Pair<f64> {
     /// The arithmetic mean.
     #[must_use]
     pub fn mean(self) -> f64 {
-        (self.source + self.target) / 2.0
+        f64::midpoint(self.source, self.target)
     }
 }

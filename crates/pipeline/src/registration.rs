@@ -1,14 +1,15 @@
 //! The answer.
 
+use crate::ranking::Ranked;
 use crate::{Failure, Pair, StageTime};
 use congruent_geometry::RigidTransform;
 
 /// Whether the pose is to be believed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
-    /// Far more inliers than chance explains.
+    /// It is.
     Ok,
-    /// No pose, or one that chance explains.
+    /// No pose, or none to be believed.
     Failed(Failure),
 }
 
@@ -25,8 +26,43 @@ pub struct Counts {
     pub described: Pair<usize>,
     /// Correspondences kept.
     pub correspondences: usize,
-    /// Of them, inliers of the best pose.
+    /// Poses that were proposed.
+    pub trials: u64,
+    /// Different poses that were looked at closely.
+    pub poses: usize,
+    /// Correspondences that are inliers of the answer.
     pub inliers: usize,
+}
+
+/// How the two surfaces lie on each other under the answer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Agreement {
+    /// What the answer was chosen by: overlap, discounted for what contradicts it; 0 to 1.
+    pub score: f64,
+    /// Share of points with a point of the other surface close by and normals that agree, both ways averaged.
+    pub overlap: f64,
+    /// Mean distance of those to the other surface's tangent plane, in `pr`; nothing where nothing overlaps.
+    pub residual_pr: Option<f64>,
+    /// Share of points that float before the other surface, both ways added.
+    pub hover: f64,
+    /// Share of points that would have hidden what the other scanner saw, both ways added.
+    pub occlusion: f64,
+    /// Share of points that touch the other surface with normals that disagree, both ways averaged.
+    pub disagreeing: f64,
+}
+
+impl Agreement {
+    pub(crate) fn new(ranked: &Ranked, resolution: f64) -> Self {
+        let measured = &ranked.agreement;
+        Agreement {
+            score: ranked.score.value(),
+            overlap: measured.overlap,
+            residual_pr: measured.residual.is_finite().then(|| measured.residual / resolution),
+            hover: measured.hover,
+            occlusion: measured.occlusion,
+            disagreeing: measured.disagreeing,
+        }
+    }
 }
 
 /// The answer for one pair of scans.
@@ -37,15 +73,19 @@ pub struct Registration {
     pub target_from_source: Option<RigidTransform>,
     /// Whether to believe it.
     pub verdict: Verdict,
-    /// How far beyond chance the inliers are, 0 to 1, one half at the border between the verdicts. Not calibrated.
+    /// 0 to 1, one half at the border between the verdicts. Not calibrated.
     pub confidence: f64,
     /// By the configured metric.
     pub score: Option<f64>,
+    /// Decimal logarithm of the number of random poses that would have as many inliers, among all that were tried.
+    pub log10_false_alarms: Option<f64>,
+    /// How the surfaces lie on each other, where the ranking looked at that.
+    pub agreement: Option<Agreement>,
     /// What each stage left.
     pub counts: Counts,
     /// Mean resolution of the scans as they came, data units.
     pub raw_resolution: f64,
-    /// Mean resolution of the sampled clouds, data units: `pr` for all stages but sampling. Zero if sampling failed.
+    /// What `pr` meant in all stages after sampling, data units. Zero if sampling failed.
     pub resolution: f64,
     /// Wall time of each stage that ran.
     pub timings: Vec<StageTime>,

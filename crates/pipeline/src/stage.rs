@@ -18,19 +18,25 @@ pub enum Stage {
     Matching,
     /// Sampling and scoring of hypotheses.
     Estimation,
+    /// Choice among the best poses by the whole surfaces.
+    Ranking,
+    /// Iterative closest points.
+    Refinement,
     /// The word on whether it worked.
     Verdict,
 }
 
 impl Stage {
     /// All of them, in order.
-    pub const ALL: [Stage; 7] = [
+    pub const ALL: [Stage; 9] = [
         Stage::Sampling,
         Stage::Normals,
         Stage::Keypoints,
         Stage::Description,
         Stage::Matching,
         Stage::Estimation,
+        Stage::Ranking,
+        Stage::Refinement,
         Stage::Verdict,
     ];
 
@@ -44,6 +50,8 @@ impl Stage {
             Stage::Description => "description",
             Stage::Matching => "matching",
             Stage::Estimation => "estimation",
+            Stage::Ranking => "ranking",
+            Stage::Refinement => "refinement",
             Stage::Verdict => "verdict",
         }
     }
@@ -55,7 +63,7 @@ impl fmt::Display for Stage {
     }
 }
 
-/// Wall time of one stage.
+/// Wall time of one stage, over all attempts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StageTime {
     /// Which.
@@ -79,7 +87,11 @@ impl<'a> Clock<'a> {
         (self.observe)(stage);
         let start = Instant::now();
         let result = work();
-        self.times.push(StageTime { stage, time: start.elapsed() });
+        let time = start.elapsed();
+        match self.times.iter_mut().find(|t| t.stage == stage) {
+            Some(earlier) => earlier.time += time,
+            None => self.times.push(StageTime { stage, time }),
+        }
         result
     }
 }

@@ -5,7 +5,8 @@
 //! with a matched target point that fall together. So a pose that lays a plane on a plane, where much falls together
 //! by itself, is held to a higher count.
 
-use crate::{Failure, VerdictConfig};
+use crate::ranking::Ranked;
+use crate::{AContrarioConfig, DenseVerdictConfig, Failure};
 use congruent_geometry::RigidTransform;
 use congruent_metrics::Evidence;
 use nalgebra::Point3;
@@ -38,21 +39,36 @@ impl Significance {
         }
     }
 
-    /// One half where the false alarms are just as many as allowed, towards one the fewer they are.
-    pub(crate) fn confidence(&self, config: &VerdictConfig) -> f64 {
-        1.0 / (1.0 + 10f64.powf(self.log10_false_alarms - config.max_false_alarms.log10()))
-    }
-
-    pub(crate) fn check(&self, config: &VerdictConfig) -> Result<(), Failure> {
-        if self.log10_false_alarms < config.max_false_alarms.log10() {
-            return Ok(());
-        }
-        Err(Failure::NotSignificant {
+    /// Margin (above zero is believed), confidence (one half at the border) and doubt.
+    pub(crate) fn judge(&self, config: &AContrarioConfig) -> (f64, f64, Option<Failure>) {
+        let margin = config.max_false_alarms.log10() - self.log10_false_alarms;
+        let doubt = (margin <= 0.0).then_some(Failure::NotSignificant {
             inliers: self.inliers,
             matches: self.matches,
             expected: self.expected,
             log10_false_alarms: self.log10_false_alarms,
-        })
+        });
+        (margin, 1.0 / (1.0 + 10f64.powf(-margin)), doubt)
+    }
+}
+
+/// Steepness of the confidence around the border between the verdicts, per natural logarithm of the score.
+const STEEPNESS: f64 = 4.0;
+
+impl DenseVerdictConfig {
+    /// Margin (above zero is believed), confidence (one half at the border) and doubt.
+    pub(crate) fn judge(&self, ranked: &Ranked) -> (f64, f64, Option<Failure>) {
+        let score = ranked.score.value();
+        let margin = score - self.min_score;
+        let ratio = score.max(1e-12) / self.min_score.max(1e-12);
+        let confidence = 1.0 / (1.0 + ratio.powf(-STEEPNESS));
+        let doubt = (margin <= 0.0).then_some(Failure::PoorFit {
+            score,
+            needed: self.min_score,
+            overlap: ranked.agreement.overlap,
+            contradictions: ranked.agreement.hover + ranked.agreement.occlusion,
+        });
+        (margin, confidence, doubt)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Point-to-plane ICP (Chen and Medioni 1991) with a shrinking search radius and robust weights.
 
 use crate::Nearest;
-use congruent_geometry::{Point, RigidTransform, Surface, narrow, wide};
+use congruent_geometry::{RigidTransform, Surface, narrow, wide};
 use nalgebra::{Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
 use rayon::prelude::*;
 
@@ -171,7 +171,7 @@ fn applied(step: &Vector6<f64>, pose: &RigidTransform) -> RigidTransform {
 mod tests {
     use super::*;
     use congruent_geometry::{
-        NearestField, NeighborIndex, Neighborhood, Orientation, estimate_normals, mean_displacement, orient,
+        NearestField, NeighborIndex, Neighborhood, Orientation, Point, estimate_normals, mean_displacement, orient,
     };
 
     /// A bumpy sheet, 60 by 60, one unit between neighbours.

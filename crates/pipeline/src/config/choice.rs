@@ -1,0 +1,226 @@
+//! What a user may say about choosing among poses, refining the chosen one, and believing it.
+
+use congruent_geometry::Length;
+use congruent_metrics::DenseRule;
+use congruent_refinement::PointToPlane;
+use serde::{Deserialize, Serialize};
+
+/// The poses that outlive the correspondences.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
+pub struct PoolConfig {
+    /// At most so many are kept. One keeps the best by the metric: the paper's rule.
+    pub poses: usize,
+    /// Poses that put the source's points closer together than this, on the mean, are the same.
+    pub distinct: Length,
+    /// Rounds of local optimisation by the metric's own weights; zero for none.
+    pub optimisation_rounds: usize,
+}
+
+/// How the answer is chosen among the pool.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RankingConfig {
+    /// By the metric: the first of the pool.
+    None {},
+    /// By how well the two surfaces lie on each other, before and after a short refinement.
+    Dense(DenseConfig),
+}
+
+/// Settings of `[ranking.dense]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
+pub struct DenseConfig {
+    /// Points closer than this overlap, before refinement.
+    pub rough_distance: Length,
+    /// And after it.
+    pub overlap_distance: Length,
+    /// If their normals agree at least so well (cosine).
+    pub min_normal_cosine: f64,
+    /// A point hovers before a surface from this distance …
+    pub hover_from: Length,
+    /// … to this.
+    pub hover_to: Length,
+    /// A point this far before what the other scanner saw would have hidden it.
+    pub occlusion_depth: Length,
+    /// Decline of the score with the share of hovering points.
+    pub hover_weight: f64,
+    /// Decline of the score with the share of hiding points.
+    pub occlusion_weight: f64,
+    /// Points of each scan that are looked at.
+    pub points: usize,
+    /// Poses that are refined and looked at again.
+    pub refined: usize,
+    /// Rounds of that refinement.
+    pub rounds: usize,
+}
+
+/// What is done to the chosen pose.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RefinementConfig {
+    /// Nothing.
+    None {},
+    /// Point-to-plane ICP of the source as it came.
+    PointToPlane(PointToPlaneConfig),
+}
+
+/// Settings of `[refinement.point-to-plane]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
+pub struct PointToPlaneConfig {
+    /// Pairs farther apart are ignored at first …
+    pub start_radius: Length,
+    /// … and at the end.
+    pub end_radius: Length,
+    /// At most so many rounds.
+    pub rounds: usize,
+    /// Points of the source that are used.
+    pub points: usize,
+    /// Normals must agree at least so well (cosine).
+    pub min_normal_cosine: f64,
+}
+
+/// When a pose is believed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum VerdictConfig {
+    /// When it has more inliers than chance explains.
+    AContrario(AContrarioConfig),
+    /// When the surfaces lie on each other well enough. Needs `[ranking.dense]`.
+    Dense(DenseVerdictConfig),
+}
+
+/// Settings of `[verdict.a-contrario]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
+pub struct AContrarioConfig {
+    /// Residuals below it are inliers.
+    pub inlier_threshold: Length,
+    /// Random poses as good as this one that may be expected among all trials.
+    pub max_false_alarms: f64,
+}
+
+/// Settings of `[verdict.dense]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
+pub struct DenseVerdictConfig {
+    /// Score of the ranking from which a pose is believed.
+    pub min_score: f64,
+}
+
+/// One more attempt, with more effort or with other assumptions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct EscalationStep {
+    /// For `sampling.budget.max-points`.
+    pub max_points: usize,
+    /// For `pool.poses`.
+    pub poses: usize,
+    /// For `ranking.dense.refined`.
+    pub refined: usize,
+    /// Of the normals.
+    pub signs: Signs,
+}
+
+/// The signs of the normals in one attempt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Signs {
+    /// As they were settled.
+    Kept,
+    /// Turned round on a scan whose signs are unsure; no attempt where both are sure.
+    Other,
+}
+
+impl Default for PoolConfig {
+    fn default() -> Self {
+        PoolConfig { poses: 300, distinct: Length::Resolutions(6.0), optimisation_rounds: 10 }
+    }
+}
+
+impl Default for DenseConfig {
+    fn default() -> Self {
+        DenseConfig {
+            rough_distance: Length::Resolutions(4.0),
+            overlap_distance: Length::Resolutions(3.0),
+            min_normal_cosine: 0.6,
+            hover_from: Length::Resolutions(6.0),
+            hover_to: Length::Resolutions(24.0),
+            occlusion_depth: Length::Resolutions(5.0),
+            hover_weight: 20.0,
+            occlusion_weight: 20.0,
+            points: 1500,
+            refined: 50,
+            rounds: 15,
+        }
+    }
+}
+
+impl DenseConfig {
+    /// The rule of the final score.
+    pub(crate) fn rule(&self, resolution: f64) -> DenseRule {
+        DenseRule {
+            overlap_distance: self.overlap_distance.resolve(resolution),
+            min_normal_cosine: self.min_normal_cosine,
+            hover_from: self.hover_from.resolve(resolution),
+            hover_to: self.hover_to.resolve(resolution),
+            occlusion_depth: self.occlusion_depth.resolve(resolution),
+            hover_weight: self.hover_weight,
+            occlusion_weight: self.occlusion_weight,
+            max_points: self.points,
+        }
+    }
+
+    /// The rule for poses that are not refined yet: wider, and with fewer points.
+    pub(crate) fn rough_rule(&self, resolution: f64) -> DenseRule {
+        DenseRule {
+            overlap_distance: self.rough_distance.resolve(resolution),
+            max_points: self.points * 2 / 3,
+            ..self.rule(resolution)
+        }
+    }
+}
+
+impl Default for PointToPlaneConfig {
+    fn default() -> Self {
+        PointToPlaneConfig {
+            start_radius: Length::Resolutions(3.0),
+            end_radius: Length::Resolutions(1.5),
+            rounds: 20,
+            points: 15_000,
+            min_normal_cosine: 0.5,
+        }
+    }
+}
+
+impl PointToPlaneConfig {
+    pub(crate) fn build(&self, resolution: f64) -> PointToPlane {
+        PointToPlane {
+            start_radius: self.start_radius.resolve(resolution),
+            end_radius: self.end_radius.resolve(resolution),
+            iterations: self.rounds,
+            max_points: self.points,
+            min_normal_cosine: self.min_normal_cosine,
+            tolerance: 0.002 * resolution,
+        }
+    }
+}
+
+impl Default for VerdictConfig {
+    fn default() -> Self {
+        VerdictConfig::Dense(DenseVerdictConfig::default())
+    }
+}
+
+impl Default for AContrarioConfig {
+    fn default() -> Self {
+        AContrarioConfig { inlier_threshold: Length::Resolutions(7.5), max_false_alarms: 1e-3 }
+    }
+}
+
+impl Default for DenseVerdictConfig {
+    fn default() -> Self {
+        DenseVerdictConfig { min_score: 0.05 }
+    }
+}

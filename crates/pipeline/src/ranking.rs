@@ -1,0 +1,97 @@
+//! The choice among poses by the whole surfaces: correspondences propose, surfaces decide.
+
+use crate::{DenseConfig, Pair};
+use congruent_geometry::{NearestField, RigidTransform, Surface, narrow};
+use congruent_metrics::{DenseAgreement, DenseRule, DenseSurface, DepthImage, Score, agreement};
+use congruent_refinement::PointToPlane;
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+/// Sides of the grids in which closest points are looked up, and of the pixels of depth images, in `pr`.
+const NEAR_CELL: f64 = 2.0;
+const FAR_CELL: f64 = 4.0;
+const PIXEL: f64 = 4.0;
+/// How far the short refinement looks at first and at last, in `pr`.
+const REFINEMENT_RADII: [f64; 2] = [6.0, 2.5];
+/// Points that one short refinement uses in a round.
+const REFINEMENT_POINTS: usize = 1200;
+
+/// Both surfaces, ready to be laid on each other.
+pub(crate) struct Ranking<'a> {
+    config: &'a DenseConfig,
+    resolution: f64,
+    surfaces: Pair<DenseSurface<'a>>,
+}
+
+/// A pose and how well the surfaces lie on each other under it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ranked {
+    pub(crate) target_from_source: RigidTransform,
+    pub(crate) score: Score,
+    pub(crate) agreement: DenseAgreement,
+}
+
+impl<'a> Ranking<'a> {
+    /// `viewpoints` are where the scans were taken from, where a single viewpoint can be trusted.
+    pub(crate) fn new(
+        surfaces: &'a Pair<Surface>,
+        viewpoints: &Pair<Option<Vector3<f64>>>,
+        config: &'a DenseConfig,
+        resolution: f64,
+    ) -> Self {
+        let near_reach = (2.0 * config.rough_distance.resolve(resolution)).max(REFINEMENT_RADII[0] * resolution);
+        let far_reach = config.hover_to.resolve(resolution);
+        let surfaces = surfaces.as_ref().zip(viewpoints.as_ref()).map(|&(surface, viewpoint)| {
+            let (near, far) = rayon::join(
+                || NearestField::new(surface.points(), NEAR_CELL * resolution, near_reach),
+                || NearestField::new(surface.points(), FAR_CELL * resolution, far_reach),
+            );
+            let image = |from: &Vector3<f64>| DepthImage::new(surface.points(), &narrow(from), PIXEL * resolution);
+            DenseSurface { surface, near, far, depth: viewpoint.as_ref().map(image) }
+        });
+        Ranking { config, resolution, surfaces }
+    }
+
+    /// The best of a pool: all are looked at, the better ones refined and looked at again. Best first.
+    pub(crate) fn rank(&self, poses: &[RigidTransform]) -> Vec<Ranked> {
+        let rough = self.config.rough_rule(self.resolution);
+        let mut promising: Vec<Ranked> = poses.par_iter().map(|pose| self.judged(pose, &rough)).collect();
+        sort(&mut promising);
+        promising.truncate(self.config.refined.max(1));
+        let mut refined: Vec<Ranked> = promising.par_iter().map(|ranked| self.refined(ranked)).collect();
+        sort(&mut refined);
+        refined
+    }
+
+    /// How well the surfaces lie on each other, by the rule of the final score.
+    pub(crate) fn judge(&self, pose: &RigidTransform) -> Ranked {
+        self.judged(pose, &self.config.rule(self.resolution))
+    }
+
+    fn judged(&self, pose: &RigidTransform, rule: &DenseRule) -> Ranked {
+        let agreement = agreement(&self.surfaces.source, &self.surfaces.target, pose, rule);
+        Ranked { target_from_source: *pose, score: agreement.score(rule), agreement }
+    }
+
+    /// The start is kept where the score falls.
+    fn refined(&self, start: &Ranked) -> Ranked {
+        let icp = PointToPlane {
+            start_radius: REFINEMENT_RADII[0] * self.resolution,
+            end_radius: REFINEMENT_RADII[1] * self.resolution,
+            iterations: self.config.rounds,
+            max_points: REFINEMENT_POINTS,
+            min_normal_cosine: 0.5,
+            tolerance: 0.02 * self.resolution,
+        };
+        let Pair { source, target } = &self.surfaces;
+        let moved =
+            icp.refine(source.surface, target.surface, &target.near, &start.target_from_source).target_from_source;
+        let (before, after) = (self.judge(&start.target_from_source), self.judge(&moved));
+        if after.score >= before.score { after } else { before }
+    }
+}
+
+/// Best first; equal scores keep the order of the pool.
+fn sort(ranked: &mut [Ranked]) {
+    ranked.sort_by(|a, b| b.score.cmp(&a.score));
+}
