@@ -8,7 +8,7 @@ use congruent_descriptors::Features;
 use congruent_estimators::{Hypothesis, sample as sample_hypotheses};
 use congruent_geometry::{RigidTransform, Scan, Surface, uncentred};
 use congruent_matching::Correspondence;
-use congruent_metrics::Evidence;
+use congruent_metrics::{Clouds, Evidence};
 
 /// Registers two scans: keypoints, descriptors, matches, and the hypothesis that the metric likes best.
 ///
@@ -52,7 +52,7 @@ impl Run<'_> {
         let keypoints = self.keypoints(&surfaces);
         let features = self.features(&surfaces, &keypoints)?;
         let evidence = self.evidence(&surfaces, &features)?;
-        let best = self.best_hypothesis(&evidence)?;
+        let best = self.best_hypothesis(&surfaces, &evidence)?;
         Ok(self.judged(best, &evidence))
     }
 
@@ -115,8 +115,9 @@ impl Run<'_> {
         Ok(Evidence::new(matches.iter().map(points)))
     }
 
-    fn best_hypothesis(&mut self, evidence: &Evidence) -> Result<Hypothesis, Failure> {
-        let metric = self.config.metric.build(self.resolution);
+    fn best_hypothesis(&mut self, surfaces: &Pair<Surface>, evidence: &Evidence) -> Result<Hypothesis, Failure> {
+        let clouds = Clouds { source: &surfaces.source, target: &surfaces.target };
+        let metric = self.config.metric.build(self.resolution, clouds);
         let (config, resolution) = (self.config, self.resolution);
         let best = self.clock.time(Stage::Estimation, || {
             let generator = config.estimator.build(evidence, resolution, config.seed);
