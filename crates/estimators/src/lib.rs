@@ -1,17 +1,32 @@
 //! Hypothesis generators and the one loop that samples, scores and ranks.
 
+mod adaptive_stop;
 mod config;
+mod draws;
+mod framed;
 mod graph;
 mod local_optimisation;
+mod one_point;
 mod pivots;
 mod pool;
+mod prosac;
+mod sac_ia;
 mod sampling;
 mod three_point;
+mod two_point;
 
-pub use config::{EstimatorConfig, PivotsConfig, RansacConfig};
+pub use adaptive_stop::AdaptiveStop;
+pub use config::EstimatorConfig;
+pub use config::{
+    AdaptiveStopConfig, AngleTest, OnePointConfig, PivotsConfig, RansacConfig, SacIaConfig, TwoPointConfig,
+};
 pub use graph::{Compatibility, Graph};
 pub use local_optimisation::optimise;
+pub use one_point::OnePoint;
 pub use pivots::Pivots;
 pub use pool::Distinctness;
-pub use sampling::{Hypothesis, HypothesisGenerator, sample};
-pub use three_point::ThreePoint;
+pub use prosac::Order;
+pub use sac_ia::SacIa;
+pub use sampling::{Drawn, Hypothesis, HypothesisGenerator, sample, sample_all};
+pub use three_point::{ThreePoint, TripleRule};
+pub use two_point::{PairRule, TwoPoint};

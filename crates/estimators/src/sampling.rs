@@ -1,11 +1,16 @@
 //! The sampling loop: every estimator runs in it, whatever it proposes and whatever scores it.
 
+use crate::AdaptiveStop;
 use congruent_geometry::RigidTransform;
 use congruent_metrics::{Evidence, Metric, Score};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Trials that one thread takes at a time.
 const BATCH: u64 = 64;
+/// Trials between two looks at the stopping rule: the same on any number of threads, and so many that chance has had its
+/// say before the first look.
+const ROUND: u64 = 256;
 
 /// Proposes poses.
 pub trait HypothesisGenerator: Send + Sync {
@@ -15,6 +20,25 @@ pub trait HypothesisGenerator: Send + Sync {
     /// The pose of one trial: a pure function of the generator's seed and the trial's number. `None` where the trial
     /// found no usable sample.
     fn propose(&self, trial: u64) -> Option<RigidTransform>;
+
+    /// The same, with the number of samples drawn for it; for generators that draw again what they cannot use.
+    fn draw(&self, trial: u64) -> Drawn {
+        Drawn { pose: self.propose(trial), samples: 1 }
+    }
+
+    /// When to stop before all trials are done.
+    fn stop(&self) -> Option<&AdaptiveStop> {
+        None
+    }
+}
+
+/// What a trial came to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drawn {
+    /// The pose, if any sample was usable.
+    pub pose: Option<RigidTransform>,
+    /// Samples drawn, the unusable ones included.
+    pub samples: u64,
 }
 
 /// A proposed pose and how good it is.
@@ -30,7 +54,8 @@ pub struct Hypothesis {
 
 /// Runs all trials and keeps the best `keep` hypotheses, best first; of equal scores the lower trial comes first.
 ///
-/// The result does not depend on the number of threads.
+/// Poses that the metric takes for none ([`Score::WORST`]) are left out. The result does not depend on the number of
+/// threads.
 #[must_use]
 pub fn sample(
     generator: &dyn HypothesisGenerator,
@@ -38,31 +63,110 @@ pub fn sample(
     evidence: &Evidence,
     keep: usize,
 ) -> Vec<Hypothesis> {
-    let trials = generator.trials();
-    let batches: Vec<Vec<Hypothesis>> = (0..trials.div_ceil(BATCH))
-        .into_par_iter()
-        .map(|batch| {
-            let trials = batch * BATCH..trials.min((batch + 1) * BATCH);
-            best(trials.filter_map(|trial| hypothesis(generator, metric, evidence, trial)).collect(), keep)
-        })
-        .collect();
-    best(batches.into_iter().flatten().collect(), keep)
+    sample_all(generator, &[metric], evidence, keep).remove(0)
 }
 
-fn hypothesis(
+/// The same for several metrics at once, one ranking each: every pose is proposed once and scored by all of them.
+#[must_use]
+pub fn sample_all(
     generator: &dyn HypothesisGenerator,
-    metric: &dyn Metric,
+    metrics: &[&dyn Metric],
     evidence: &Evidence,
-    trial: u64,
-) -> Option<Hypothesis> {
-    let target_from_source = generator.propose(trial)?;
-    Some(Hypothesis { target_from_source, score: metric.score(evidence, &target_from_source), trial })
+    keep: usize,
+) -> Vec<Vec<Hypothesis>> {
+    let trials = generator.trials();
+    let round = if generator.stop().is_some() { ROUND } else { trials.max(1) };
+    let run = Run { generator, metrics, evidence, keep };
+    let mut found = run.nothing();
+    for start in (0..trials).step_by(round as usize) {
+        found = run.round(found, start..trials.min(start + round));
+        if generator.stop().is_some_and(|stop| stop.enough(found.samples, found.inliers, evidence.len())) {
+            break;
+        }
+    }
+    found.ranked
 }
 
-fn best(mut hypotheses: Vec<Hypothesis>, keep: usize) -> Vec<Hypothesis> {
-    hypotheses.sort_by(|a, b| b.score.cmp(&a.score).then(a.trial.cmp(&b.trial)));
-    hypotheses.truncate(keep);
-    hypotheses
+/// What one pass through the loop works on.
+struct Run<'a> {
+    generator: &'a dyn HypothesisGenerator,
+    metrics: &'a [&'a dyn Metric],
+    evidence: &'a Evidence,
+    keep: usize,
+}
+
+/// What some trials have found.
+struct Found {
+    /// For each metric.
+    ranked: Vec<Vec<Hypothesis>>,
+    /// Of the pose that has most, whatever the metrics say, so that they all see the same poses; counted for the
+    /// stopping rule only.
+    inliers: usize,
+    samples: u64,
+}
+
+impl Run<'_> {
+    fn nothing(&self) -> Found {
+        Found { ranked: vec![Vec::new(); self.metrics.len()], inliers: 0, samples: 0 }
+    }
+
+    /// Adds the trials of one round to what was found before.
+    fn round(&self, before: Found, trials: Range<u64>) -> Found {
+        let batches: Vec<Found> = (0..(trials.end - trials.start).div_ceil(BATCH))
+            .into_par_iter()
+            .map(|batch| {
+                let start = trials.start + batch * BATCH;
+                self.batch(start..trials.end.min(start + BATCH))
+            })
+            .collect();
+        let mut found = batches.into_iter().fold(before, Found::and);
+        found.cut(self.keep);
+        found
+    }
+
+    fn batch(&self, trials: Range<u64>) -> Found {
+        let mut found = self.nothing();
+        for trial in trials {
+            let Drawn { pose, samples } = self.generator.draw(trial);
+            found.samples += samples;
+            if let Some(pose) = pose {
+                self.judge(&pose, trial, &mut found);
+            }
+        }
+        found.cut(self.keep);
+        found
+    }
+
+    fn judge(&self, pose: &RigidTransform, trial: u64, found: &mut Found) {
+        for (metric, ranked) in self.metrics.iter().zip(&mut found.ranked) {
+            let score = metric.score(self.evidence, pose);
+            if score > Score::WORST {
+                ranked.push(Hypothesis { target_from_source: *pose, score, trial });
+            }
+        }
+        if let Some(stop) = self.generator.stop() {
+            found.inliers = found.inliers.max(stop.inliers(self.evidence, pose));
+        }
+    }
+}
+
+impl Found {
+    fn and(mut self, other: Found) -> Found {
+        for (ranked, more) in self.ranked.iter_mut().zip(other.ranked) {
+            ranked.extend(more);
+        }
+        self.inliers = self.inliers.max(other.inliers);
+        self.samples += other.samples;
+        self
+    }
+
+    /// Keeps the best of each ranking.
+    fn cut(&mut self, keep: usize) {
+        for ranked in &mut self.ranked {
+            ranked.sort_by(|a, b| b.score.cmp(&a.score).then(a.trial.cmp(&b.trial)));
+            ranked.truncate(keep);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -106,8 +210,68 @@ mod tests {
     }
 
     #[test]
-    fn scores_below_zero_and_not_a_number_still_rank() {
-        assert_eq!(trials(vec![Some(f64::NAN), Some(-3.0), Some(-2.0)], 2), [2, 1]);
+    fn scores_below_zero_rank_and_what_is_no_number_does_not() {
+        assert_eq!(trials(vec![Some(f64::NAN), Some(-3.0), Some(-2.0)], 3), [2, 1]);
+    }
+
+    /// Scores a shift by how short it is.
+    struct Still;
+    impl Metric for Still {
+        fn score(&self, _: &Evidence, pose: &RigidTransform) -> Score {
+            Score::new(-pose.translation.vector.norm())
+        }
+        fn weight(&self, _: f64) -> f64 {
+            0.0
+        }
+    }
+
+    #[test]
+    fn each_metric_ranks_the_same_poses_its_own_way() {
+        let script = Script((0..300).map(|i| Some(f64::from((i * 7919) % 301) - 150.0)).collect());
+        let none = Evidence::default();
+        let both = sample_all(&script, &[&Shift, &Still], &none, 9);
+        for (ranked, metric) in both.iter().zip([&Shift as &dyn Metric, &Still]) {
+            let alone: Vec<u64> = sample(&script, metric, &none, 9).iter().map(|h| h.trial).collect();
+            assert_eq!(ranked.iter().map(|h| h.trial).collect::<Vec<_>>(), alone);
+        }
+        assert!(both[0][0].trial != both[1][0].trial && sample_all(&script, &[], &none, 9).is_empty());
+    }
+
+    /// Proposes a shift by the trial's number after two samples in vain; trial 300 hits.
+    struct Counted {
+        trials: u64,
+        stop: AdaptiveStop,
+    }
+    impl HypothesisGenerator for Counted {
+        fn trials(&self) -> u64 {
+            self.trials
+        }
+        fn propose(&self, trial: u64) -> Option<RigidTransform> {
+            let x = if trial == 300 { 0.0 } else { 1e3 + trial as f64 };
+            Some(RigidTransform::translation(x, 0.0, 0.0))
+        }
+        fn draw(&self, trial: u64) -> Drawn {
+            Drawn { pose: self.propose(trial), samples: 3 }
+        }
+        fn stop(&self) -> Option<&AdaptiveStop> {
+            Some(&self.stop)
+        }
+    }
+
+    #[test]
+    fn sampling_stops_at_the_end_of_a_round_once_enough_is_drawn() {
+        // 10 of 100 pairs agree with trial 300: 9305 samples are needed, which is 3102 trials of three, in rounds 3328.
+        let pairs = (0..100).map(|i| ([i as f32, 0.0, 0.0], [i as f32, if i < 10 { 0.0 } else { 500.0 }, 0.0]));
+        let evidence = Evidence::new(pairs);
+        for (trials, expected) in [(100_000, 3327), (2000, 1999)] {
+            let generator = Counted { trials, stop: AdaptiveStop::new(0.999, 7.5, 3) };
+            // The largest shift is that of the last trial.
+            let last = |threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| sample(&generator, &Shift, &evidence, 1)[0].trial)
+            };
+            assert_eq!((last(1), last(4)), (expected, expected));
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! What a user may say about the metric.
 
-use crate::{Exp, Huber, InlierCount, LogCosh, Mae, Metric, Mse, Quantile, QuantileOutliers, Summed};
+use crate::{Clouds, Density, Kernel, Metric, NearestSum, PointDistance, Reading, Summed};
+use crate::{Exp, Huber, InlierCount, LogCosh, Mae, Magsac, Msac, Mse, Quantile, QuantileOutliers, TruncatedError};
 use congruent_geometry::Length;
 use serde::{Deserialize, Serialize};
 
@@ -24,6 +25,18 @@ pub enum MetricConfig {
     NegQuantile(QuantileConfig),
     /// Huber penalty, not truncated; `threshold` is its δ.
     Huber(ThresholdConfig),
+    /// `1 − u²`.
+    Msac(ThresholdConfig),
+    /// MAGSAC++: like EXP, but falling to zero at the threshold.
+    Magsac(ThresholdConfig),
+    /// Truncated error, `−min(u, 1)`: ranks as MAE does.
+    SacIa(ThresholdConfig),
+    /// Mean distance of the source points to the target (PC Dist).
+    PointDistance(PointDistanceConfig),
+    /// Number of source points with a target point nearby (#OP).
+    OverlappedPoints(OverlapConfig),
+    /// The same, each counting `(1 − u)²`.
+    SoftOverlap(OverlapConfig),
 }
 
 /// Settings of most metrics.
@@ -44,6 +57,28 @@ pub struct QuantileConfig {
     pub m: f64,
 }
 
+/// Settings of `[metric.overlapped-points]` and `[metric.soft-overlap]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
+pub struct OverlapConfig {
+    /// Source points closer than this to the target overlap.
+    pub threshold: Length,
+    /// Which points are looked at.
+    pub clouds: Density,
+}
+
+/// Settings of `[metric.point-distance]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
+pub struct PointDistanceConfig {
+    /// Source points closer than this to the target count; the literal reading does without.
+    pub threshold: Length,
+    /// The authors' program or the paper's text.
+    pub reading: Reading,
+    /// Which points are looked at.
+    pub clouds: Density,
+}
+
 const PAPER_THRESHOLD: Length = Length::Resolutions(7.5);
 
 impl Default for ThresholdConfig {
@@ -58,6 +93,18 @@ impl Default for QuantileConfig {
     }
 }
 
+impl Default for OverlapConfig {
+    fn default() -> Self {
+        OverlapConfig { threshold: PAPER_THRESHOLD, clouds: Density::default() }
+    }
+}
+
+impl Default for PointDistanceConfig {
+    fn default() -> Self {
+        PointDistanceConfig { threshold: PAPER_THRESHOLD, reading: Reading::default(), clouds: Density::default() }
+    }
+}
+
 impl Default for MetricConfig {
     fn default() -> Self {
         MetricConfig::Mse(ThresholdConfig::default())
@@ -65,9 +112,10 @@ impl Default for MetricConfig {
 }
 
 impl MetricConfig {
-    /// The metric that these settings describe, for clouds of this resolution.
+    /// The metric that these settings describe, for `clouds` of this resolution. Metrics over correspondences do not
+    /// look at the clouds.
     #[must_use]
-    pub fn build(&self, resolution: f64) -> Box<dyn Metric> {
+    pub fn build<'a>(&self, resolution: f64, clouds: Clouds<'a>) -> Box<dyn Metric + 'a> {
         let of = |c: &ThresholdConfig| c.threshold.resolve(resolution);
         match self {
             MetricConfig::InlierCount(c) => Box::new(Summed(InlierCount::new(of(c)))),
@@ -78,13 +126,38 @@ impl MetricConfig {
             MetricConfig::Quantile(c) => c.build(resolution, QuantileOutliers::Add),
             MetricConfig::NegQuantile(c) => c.build(resolution, QuantileOutliers::Subtract),
             MetricConfig::Huber(c) => Box::new(Summed(Huber::new(of(c)))),
+            MetricConfig::Msac(c) => Box::new(Summed(Msac::new(of(c)))),
+            MetricConfig::Magsac(c) => Box::new(Summed(Magsac::new(of(c)))),
+            MetricConfig::SacIa(c) => Box::new(Summed(TruncatedError::new(of(c)))),
+            MetricConfig::PointDistance(c) => c.build(resolution, clouds),
+            MetricConfig::OverlappedPoints(c) => c.build(InlierCount::new, resolution, clouds),
+            MetricConfig::SoftOverlap(c) => c.build(Mse::new, resolution, clouds),
         }
     }
 }
 
 impl QuantileConfig {
-    fn build(&self, resolution: f64, outliers: QuantileOutliers) -> Box<dyn Metric> {
+    fn build<'a>(&self, resolution: f64, outliers: QuantileOutliers) -> Box<dyn Metric + 'a> {
         Box::new(Summed(Quantile::new(self.threshold.resolve(resolution), self.m, outliers)))
+    }
+}
+
+impl OverlapConfig {
+    fn build<'a, K: Kernel + 'a>(
+        &self,
+        kernel: fn(f64) -> K,
+        resolution: f64,
+        clouds: Clouds<'a>,
+    ) -> Box<dyn Metric + 'a> {
+        let kernel = kernel(self.threshold.resolve(resolution));
+        Box::new(NearestSum::new(kernel, clouds, self.clouds, resolution))
+    }
+}
+
+impl PointDistanceConfig {
+    fn build<'a>(&self, resolution: f64, clouds: Clouds<'a>) -> Box<dyn Metric + 'a> {
+        let threshold = self.threshold.resolve(resolution);
+        Box::new(PointDistance::new(threshold, self.reading, clouds, self.clouds, resolution))
     }
 }
 
@@ -92,11 +165,10 @@ impl QuantileConfig {
 pub(crate) mod tests {
     use super::*;
 
-    /// Every member of the family at one threshold.
-    pub(crate) fn one_of_each(threshold: f64, resolution: f64) -> Vec<Box<dyn Metric>> {
-        let plain = || ThresholdConfig { threshold: Length::Units(threshold) };
-        let quantile = || QuantileConfig { threshold: Length::Units(threshold), m: 0.9 };
-        [
+    fn over_correspondences(threshold: Length) -> Vec<MetricConfig> {
+        let plain = || ThresholdConfig { threshold };
+        let quantile = || QuantileConfig { threshold, m: 0.9 };
+        vec![
             MetricConfig::InlierCount(plain()),
             MetricConfig::Mae(plain()),
             MetricConfig::Mse(plain()),
@@ -105,9 +177,34 @@ pub(crate) mod tests {
             MetricConfig::Quantile(quantile()),
             MetricConfig::NegQuantile(quantile()),
             MetricConfig::Huber(plain()),
+            MetricConfig::Msac(plain()),
+            MetricConfig::Magsac(plain()),
+            MetricConfig::SacIa(plain()),
         ]
-        .iter()
-        .map(|config| config.build(resolution))
-        .collect()
+    }
+
+    /// Every metric over correspondences at one threshold.
+    pub(crate) fn one_of_each(threshold: f64, resolution: f64) -> Vec<Box<dyn Metric>> {
+        use crate::clouds::tests::surface;
+        let none: &'static congruent_geometry::Surface = Box::leak(Box::new(surface(vec![])));
+        let clouds = Clouds { source: none, target: none };
+        over_correspondences(Length::Units(threshold)).iter().map(|config| config.build(resolution, clouds)).collect()
+    }
+
+    #[test]
+    fn configurations_survive_the_round_trip() {
+        let mut all = over_correspondences(Length::Resolutions(3.0));
+        all.push(MetricConfig::PointDistance(PointDistanceConfig::default()));
+        all.push(MetricConfig::OverlappedPoints(OverlapConfig::default()));
+        all.push(MetricConfig::SoftOverlap(OverlapConfig::default()));
+        for config in all {
+            let text = toml::to_string(&config).unwrap();
+            assert_eq!(toml::from_str::<MetricConfig>(&text).unwrap(), config, "{text}");
+        }
+        let text = "[point-distance]\nreading = \"literal\"\nclouds = \"full\"";
+        let expected =
+            PointDistanceConfig { reading: Reading::Literal, clouds: Density::Full, ..PointDistanceConfig::default() };
+        assert_eq!(toml::from_str::<MetricConfig>(text).unwrap(), MetricConfig::PointDistance(expected));
+        assert!(toml::from_str::<MetricConfig>("[mse]\nclouds = \"full\"").is_err());
     }
 }

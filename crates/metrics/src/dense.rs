@@ -5,6 +5,7 @@
 //! surface, where its scanner looked through and saw nothing. *Occlusion*: points that would have hidden what the other
 //! scanner saw; this one needs to know where the scanner stood.
 
+use crate::motion::{Motion, dot};
 use crate::{DepthImage, Score};
 use congruent_geometry::{NearestField, Point, RigidTransform, Surface};
 
@@ -160,37 +161,8 @@ fn hovers(point: &Point, fixed: &DenseSurface<'_>, rule: &DenseRule) -> bool {
         && dot(&offset, &fixed.surface.normals()[found as usize]) > HOVER_COSINE * distance
 }
 
-/// A pose in `f32`, for many points.
-struct Motion {
-    linear: [Point; 3],
-    shift: Point,
-}
-
-impl Motion {
-    fn new(pose: &RigidTransform) -> Self {
-        let rotation = pose.rotation.to_rotation_matrix();
-        Motion {
-            linear: std::array::from_fn(|row| std::array::from_fn(|column| rotation[(row, column)] as f32)),
-            shift: congruent_geometry::narrow(&pose.translation.vector),
-        }
-    }
-
-    fn turned(&self, v: &Point) -> Point {
-        self.linear.each_ref().map(|row| dot(row, v))
-    }
-
-    fn moved(&self, p: &Point) -> Point {
-        let turned = self.turned(p);
-        std::array::from_fn(|axis| turned[axis] + self.shift[axis])
-    }
-}
-
 fn minus(a: &Point, b: &Point) -> Point {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn dot(a: &Point, b: &Point) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]

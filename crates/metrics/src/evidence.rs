@@ -1,7 +1,10 @@
 //! What hypotheses are judged by: pairs of points that should fall together.
 
 use congruent_geometry::{Point, RigidTransform, wide};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
+
+/// Axes as far from orthonormal as this (norm of the difference to the identity) are no frame.
+const MAX_SKEW: f64 = 1e-3;
 
 /// Corresponding points of source and target, ranked, best first, stored a coordinate at a time.
 #[derive(Clone, Debug, Default)]
@@ -10,6 +13,8 @@ pub struct Evidence {
     pub(crate) target: [Vec<f32>; 3],
     /// Unit normals at the two points, or zero; empty where nobody gave any.
     normals: Vec<(Point, Point)>,
+    /// Reference frames at the two points; empty where nobody gave any.
+    frames: Vec<Option<(Matrix3<f64>, Matrix3<f64>)>>,
 }
 
 impl Evidence {
@@ -40,6 +45,24 @@ impl Evidence {
     #[must_use]
     pub fn normals(&self, i: usize) -> Option<(Point, Point)> {
         self.normals.get(i).copied().filter(|(p, q)| *p != [0.0; 3] && *q != [0.0; 3])
+    }
+
+    /// Adds the local reference frames `(source, target)` at the points of each pair: rotations with rows x, y, z, which
+    /// take offsets from the point into the frame. What is no rotation counts as missing.
+    ///
+    /// # Panics
+    /// When they are not as many as the pairs.
+    #[must_use]
+    pub fn with_frames(mut self, frames: Vec<Option<(Matrix3<f64>, Matrix3<f64>)>>) -> Self {
+        assert_eq!(frames.len(), self.len(), "one pair of frames, or none, for each pair of points");
+        self.frames = frames.into_iter().map(|pair| pair.filter(|(p, q)| is_rotation(p) && is_rotation(q))).collect();
+        self
+    }
+
+    /// Reference frames at the points of pair `i`; `None` where either is unknown.
+    #[must_use]
+    pub fn frames(&self, i: usize) -> Option<(Matrix3<f64>, Matrix3<f64>)> {
+        self.frames.get(i).copied().flatten()
     }
 
     /// How many pairs there are.
@@ -76,5 +99,33 @@ impl Evidence {
     #[must_use]
     pub fn inliers(&self, target_from_source: &RigidTransform, threshold: f64) -> Vec<usize> {
         (0..self.len()).filter(|&i| self.residual(i, target_from_source) < threshold).collect()
+    }
+}
+
+fn is_rotation(axes: &Matrix3<f64>) -> bool {
+    (axes * axes.transpose() - Matrix3::identity()).norm() < MAX_SKEW && axes.determinant() > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_that_are_no_rotations_are_missing() {
+        let good = Matrix3::identity();
+        let mirrored = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, -1.0));
+        let frames = vec![
+            Some((good, good)),
+            None,
+            Some((good, mirrored)),
+            Some((Matrix3::zeros(), good)),
+            Some((good * f64::NAN, good)),
+            Some((good * 1.1, good)),
+        ];
+        let evidence = Evidence::new(vec![([0.0; 3], [0.0; 3]); 6]);
+        assert_eq!(evidence.frames(0), None);
+        let evidence = evidence.with_frames(frames);
+        assert_eq!(evidence.frames(0), Some((good, good)));
+        assert!((1..7).all(|i| evidence.frames(i).is_none()));
     }
 }

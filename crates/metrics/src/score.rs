@@ -7,7 +7,7 @@ use std::cmp::Ordering;
 pub struct Score(f64);
 
 impl Score {
-    /// Below every score that a metric gives.
+    /// Below every other score: what a metric says of a pose that is none.
     pub const WORST: Score = Score(f64::NEG_INFINITY);
 
     /// A score; a value that is not a number becomes the worst.

@@ -7,12 +7,12 @@ use crate::verdict::Significance;
 use crate::{
     Agreement, Counts, Failure, Pair, PipelineConfig, RankingConfig, RefinementConfig, Signs, Stage, VerdictConfig,
 };
-use congruent_descriptors::Features;
+use congruent_descriptors::{Features, LocalFrame};
 use congruent_estimators::{Distinctness, Hypothesis, optimise, sample as sample_hypotheses};
 use congruent_geometry::{NeighborIndex, Oriented, RigidTransform, Scan, Surface};
 use congruent_matching::Correspondence;
-use congruent_metrics::{Evidence, Metric};
-use nalgebra::Vector3;
+use congruent_metrics::{Clouds, Evidence, Metric};
+use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 /// Hypotheses that are optimised for each that is kept.
@@ -69,7 +69,7 @@ impl Chain<'_, '_> {
         let evidence = self.evidence(surfaces, &features)?;
         let pool = self.pool(surfaces, &evidence)?;
         let chosen = self.chosen(prepared, &pool);
-        Ok(self.judged(&chosen, &evidence))
+        Ok(self.judged(&chosen, surfaces, &evidence))
     }
 
     fn prepared(&mut self) -> Result<Option<Prepared>, Failure> {
@@ -123,13 +123,31 @@ impl Chain<'_, '_> {
         let Pair { source, target } = surfaces;
         let points = |m: &Correspondence| (source.points()[m.source as usize], target.points()[m.target as usize]);
         let normals = |m: &Correspondence| (source.normals()[m.source as usize], target.normals()[m.target as usize]);
-        Ok(Evidence::new(matches.iter().map(points)).with_normals(matches.iter().map(normals).collect()))
+        let evidence = Evidence::new(matches.iter().map(points)).with_normals(matches.iter().map(normals).collect());
+        Ok(if self.config.estimator.needs_frames() {
+            evidence.with_frames(self.frames(surfaces, &matches))
+        } else {
+            evidence
+        })
+    }
+
+    /// Local reference frames at both ends of each match, where the surfaces have them.
+    fn frames(
+        &self,
+        surfaces: &Pair<Surface>,
+        matches: &[Correspondence],
+    ) -> Vec<Option<(Matrix3<f64>, Matrix3<f64>)>> {
+        let frames = self.config.frame.build(self.resolution);
+        let at = |surface: &Surface, point: u32| -> Option<LocalFrame> { frames.frame(surface, point) };
+        let both =
+            |m: &Correspondence| Some((at(&surfaces.source, m.source)?.axes, at(&surfaces.target, m.target)?.axes));
+        matches.par_iter().map(both).collect()
     }
 
     /// The best poses by the metric that are really different, optimised. At least one.
     fn pool(&mut self, surfaces: &Pair<Surface>, evidence: &Evidence) -> Result<Vec<Hypothesis>, Failure> {
         let (config, resolution) = (self.config, self.resolution);
-        let metric = config.metric.build(resolution);
+        let metric = config.metric.build(resolution, clouds(surfaces));
         let (pool, trials) = self.clock.time(Stage::Estimation, || {
             let generator = config.estimator.build(evidence, resolution, config.seed);
             let trials = generator.trials();
@@ -176,9 +194,9 @@ impl Chain<'_, '_> {
         })
     }
 
-    fn judged(&mut self, chosen: &Chosen, evidence: &Evidence) -> Answer {
+    fn judged(&mut self, chosen: &Chosen, surfaces: &Pair<Surface>, evidence: &Evidence) -> Answer {
         let (config, resolution) = (self.config, self.resolution);
-        let metric = config.metric.build(resolution);
+        let metric = config.metric.build(resolution, clouds(surfaces));
         let pose = &chosen.target_from_source;
         let threshold = match &config.verdict {
             VerdictConfig::AContrario(c) => c.inlier_threshold,
@@ -203,6 +221,10 @@ impl Chain<'_, '_> {
             doubt,
         }
     }
+}
+
+fn clouds(surfaces: &Pair<Surface>) -> Clouds<'_> {
+    Clouds { source: &surfaces.source, target: &surfaces.target }
 }
 
 struct Chosen {

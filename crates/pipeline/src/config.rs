@@ -9,7 +9,7 @@ pub use choice::{
 };
 pub use preparation::{BudgetConfig, NeighborhoodConfig, NormalSource, NormalsConfig, SamplingConfig, VoxelGridConfig};
 
-use congruent_descriptors::{DescriptorConfig, FpfhConfig, FpfhVariant};
+use congruent_descriptors::{DescriptorConfig, FpfhConfig, FpfhVariant, FrameConfig, ToldiFrameConfig};
 use congruent_estimators::{EstimatorConfig, PivotsConfig};
 use congruent_geometry::Length;
 use congruent_keypoints::{DetectorConfig, SupportFilter, UniformConfig};
@@ -33,6 +33,8 @@ pub struct PipelineConfig {
     pub support: SupportFilter,
     /// How to describe.
     pub descriptor: DescriptorConfig,
+    /// Local reference frames, for the estimators that need them.
+    pub frame: FrameConfig,
     /// How to match.
     pub matcher: MatcherConfig,
     /// How to propose poses.
@@ -65,6 +67,7 @@ impl Default for PipelineConfig {
                 radius: Length::Resolutions(15.0),
                 variant: FpfhVariant::Open3d,
             }),
+            frame: FrameConfig::Toldi(ToldiFrameConfig::default()),
             matcher: MatcherConfig::Mutual(MutualConfig::default()),
             estimator: EstimatorConfig::Pivots(PivotsConfig::default()),
             metric: MetricConfig::default(),

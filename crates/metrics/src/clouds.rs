@@ -1,0 +1,146 @@
+//! The two clouds as dense metrics want them: points of the source to move, and neighbours among those of the target.
+
+use crate::motion::Motion;
+use congruent_geometry::{NeighborIndex, Point, RigidTransform, Surface, voxel_centroids};
+use serde::{Deserialize, Serialize};
+
+/// The surfaces that are being registered.
+#[derive(Clone, Copy)]
+pub struct Clouds<'a> {
+    /// What is moved.
+    pub source: &'a Surface,
+    /// What it is moved onto.
+    pub target: &'a Surface,
+}
+
+/// Which points a dense metric looks at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Density {
+    /// Voxel centroids of both clouds, the coarser the larger the source.
+    #[default]
+    Thinned,
+    /// All points.
+    Full,
+}
+
+/// Points of the source and neighbours in the target, thinned or not.
+pub(crate) struct CloudPair<'a> {
+    source: Points<'a>,
+    target: Index<'a>,
+}
+
+enum Points<'a> {
+    Lent(&'a [Point]),
+    Own(Vec<Point>),
+}
+
+enum Index<'a> {
+    Lent(&'a NeighborIndex),
+    Own(NeighborIndex),
+}
+
+impl<'a> CloudPair<'a> {
+    /// `resolution` is that of the pair; the voxels are in units of it.
+    pub(crate) fn new(clouds: Clouds<'a>, density: Density, resolution: f64) -> Self {
+        let Clouds { source, target } = clouds;
+        match density {
+            Density::Full => CloudPair { source: Points::Lent(source.points()), target: Index::Lent(target.index()) },
+            Density::Thinned => {
+                let leaf = leaf(source.len()) * resolution;
+                let thinned = |surface: &Surface| voxel_centroids(surface.points(), None, leaf).points;
+                CloudPair {
+                    source: Points::Own(thinned(source)),
+                    target: Index::Own(NeighborIndex::new(&thinned(target))),
+                }
+            }
+        }
+    }
+
+    /// How many source points there are.
+    pub(crate) fn len(&self) -> usize {
+        self.points().len()
+    }
+
+    /// Squared distance from each moved source point to the nearest target point; none for an empty target.
+    pub(crate) fn distances_sq(&self, target_from_source: &RigidTransform) -> impl Iterator<Item = f32> + '_ {
+        let motion = Motion::new(target_from_source);
+        let index = match &self.target {
+            Index::Lent(index) => index,
+            Index::Own(index) => index,
+        };
+        self.points().iter().filter_map(move |p| Some(index.nearest(&motion.moved(p))?.distance_sq))
+    }
+
+    fn points(&self) -> &[Point] {
+        match &self.source {
+            Points::Lent(points) => points,
+            Points::Own(points) => points,
+        }
+    }
+}
+
+/// Side of a voxel in units of the resolution, for a source of `n` points; values from the authors' programs.
+fn leaf(n: usize) -> f64 {
+    const LEAVES: [(usize, f64); 5] = [(5_000, 1.0), (12_000, 2.0), (18_000, 2.5), (25_000, 3.0), (32_000, 3.5)];
+    LEAVES.iter().find(|(below, _)| n < *below).map_or(4.0, |(_, leaf)| *leaf)
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use congruent_geometry::random::Stream;
+
+    /// A surface of these points, its normals along z.
+    pub(crate) fn surface(points: Vec<Point>) -> Surface {
+        let index = NeighborIndex::new(&points);
+        let normals = vec![[0.0, 0.0, 1.0]; points.len()];
+        Surface::new(points, normals, index, 1.0)
+    }
+
+    /// Points anywhere in a box of side 100.
+    pub(crate) fn scatter(n: usize, seed: u64) -> Vec<Point> {
+        let mut stream = Stream::new(seed, 0);
+        (0..n).map(|_| std::array::from_fn(|_| stream.between(-50.0, 50.0) as f32)).collect()
+    }
+
+    #[test]
+    fn the_leaf_grows_with_the_source() {
+        for (n, expected) in
+            [(0, 1.0), (4_999, 1.0), (5_000, 2.0), (17_999, 2.5), (24_999, 3.0), (31_999, 3.5), (32_000, 4.0)]
+        {
+            assert_eq!(leaf(n), expected, "{n}");
+        }
+    }
+
+    #[test]
+    fn distances_are_those_of_brute_force() {
+        let (source, target) = (surface(scatter(200, 1)), surface(scatter(300, 2)));
+        let pose = RigidTransform::new(nalgebra::Vector3::new(3.0, -1.0, 2.0), nalgebra::Vector3::new(0.1, 0.2, -0.3));
+        let pair = CloudPair::new(Clouds { source: &source, target: &target }, Density::Full, 1.0);
+        let moved = |p: &Point| (pose * nalgebra::Point3::from(congruent_geometry::wide(*p))).coords;
+        for (p, found) in source.points().iter().zip(pair.distances_sq(&pose)) {
+            let to = |q: &Point| (congruent_geometry::wide(*q) - moved(p)).norm_squared();
+            let expected = target.points().iter().map(to).fold(f64::INFINITY, f64::min);
+            assert!((f64::from(found) - expected).abs() < 1e-3 * (1.0 + expected));
+        }
+    }
+
+    #[test]
+    fn thinning_leaves_fewer_points_and_the_same_shape() {
+        let cloud = surface(scatter(6_000, 3));
+        let clouds = Clouds { source: &cloud, target: &cloud };
+        let (full, thin) = (CloudPair::new(clouds, Density::Full, 5.0), CloudPair::new(clouds, Density::Thinned, 5.0));
+        assert_eq!(full.len(), 6_000);
+        // Voxels of side 10 in a box of side 100.
+        assert!(thin.len() <= 11 * 11 * 11 && thin.len() >= 900, "{}", thin.len());
+        assert!(thin.distances_sq(&RigidTransform::identity()).all(|d| d < 1e-6));
+    }
+
+    #[test]
+    fn an_empty_target_gives_no_distance() {
+        let (cloud, none) = (surface(scatter(10, 4)), surface(vec![]));
+        let pair = CloudPair::new(Clouds { source: &cloud, target: &none }, Density::Thinned, 1.0);
+        assert_eq!(pair.distances_sq(&RigidTransform::identity()).count(), 0);
+    }
+}
