@@ -207,7 +207,7 @@ impl Chain<'_, '_> {
             self.clock.time(Stage::Verdict, || Significance::of(pose, evidence, threshold.resolve(resolution), trials));
         self.counts.inliers = significance.inliers;
         let (margin, confidence, doubt) = match (&config.verdict, &chosen.ranked) {
-            (VerdictConfig::Dense(c), Some(ranked)) => c.judge(ranked),
+            (VerdictConfig::Dense(c), Some(ranked)) => c.judge(ranked, &significance, resolution),
             (VerdictConfig::AContrario(c), _) => significance.judge(c),
             (VerdictConfig::Dense(_), None) => significance.judge(&crate::AContrarioConfig::default()),
         };

@@ -44,15 +44,22 @@ pub enum Failure {
         log10_false_alarms: f64,
     },
     /// The surfaces do not lie on each other well enough.
-    #[error("the best pose found lays the scans on each other with score {score:.3}, {needed:.3} is needed (overlap {:.0} %, contradicted by {:.1} % of the points); more overlap, a viewpoint or another preset may help", 100.0 * .overlap, 100.0 * .contradictions)]
+    #[error(
+        "the best pose found is believed to {:.0} %, {:.0} % is needed: the scans overlap by {:.0} %, {residual:.2} pr apart where they do, {:.1} % of the points contradict, {inliers} correspondences agree; more overlap or a viewpoint may help",
+        100.0 * .confidence, 100.0 * .needed, 100.0 * .overlap, 100.0 * .contradictions
+    )]
     PoorFit {
-        /// Of the ranking.
-        score: f64,
-        /// From which a pose is believed.
+        /// Of the answer.
+        confidence: f64,
+        /// From which it is believed.
         needed: f64,
         /// Share of overlapping points.
         overlap: f64,
+        /// Mean distance of overlapping points, `pr`.
+        residual: f64,
         /// Share of points that hover or occlude.
         contradictions: f64,
+        /// Correspondences that agree with the pose.
+        inliers: usize,
     },
 }

@@ -52,23 +52,43 @@ impl Significance {
     }
 }
 
-/// Steepness of the confidence around the border between the verdicts, per natural logarithm of the score.
-const STEEPNESS: f64 = 4.0;
+/// Logistic model of a right answer, fitted to 78 right low-overlap registrations and 98 wrong ones (other objects, other
+/// rooms) of six sensors. Five-fold cross-validation at a confidence of 0.6: 72 of 78 believed, none of 98.
+const INTERCEPT: f64 = 5.71;
+/// Per natural logarithm of the dense score.
+const PER_LN_SCORE: f64 = 1.41;
+/// Per power of ten by which random poses are excluded, counted from three too many to ten too few.
+const PER_POWER_OF_TEN: f64 = 0.29;
+const POWERS_OF_TEN: [f64; 2] = [-3.0, 10.0];
+/// Per `pr` of mean distance between the surfaces where they overlap, up to two.
+const PER_RESIDUAL: f64 = -4.95;
+const MAX_RESIDUAL: f64 = 2.0;
 
 impl DenseVerdictConfig {
-    /// Margin (above zero is believed), confidence (one half at the border) and doubt.
-    pub(crate) fn judge(&self, ranked: &Ranked) -> (f64, f64, Option<Failure>) {
+    /// Margin (above zero is believed), confidence and doubt, from how the surfaces lie on each other and how far beyond
+    /// chance the inliers are.
+    pub(crate) fn judge(
+        &self,
+        ranked: &Ranked,
+        significance: &Significance,
+        resolution: f64,
+    ) -> (f64, f64, Option<Failure>) {
         let score = ranked.score.value();
-        let margin = score - self.min_score;
-        let ratio = score.max(1e-12) / self.min_score.max(1e-12);
-        let confidence = 1.0 / (1.0 + ratio.powf(-STEEPNESS));
-        let doubt = (margin <= 0.0).then_some(Failure::PoorFit {
-            score,
-            needed: self.min_score,
+        let residual = (ranked.agreement.residual / resolution).min(MAX_RESIDUAL);
+        let evidence = INTERCEPT
+            + PER_LN_SCORE * score.max(1e-3).ln()
+            + PER_POWER_OF_TEN * (-significance.log10_false_alarms).clamp(POWERS_OF_TEN[0], POWERS_OF_TEN[1])
+            + PER_RESIDUAL * residual;
+        let confidence = 1.0 / (1.0 + (-evidence).exp());
+        let doubt = (confidence < self.min_confidence).then_some(Failure::PoorFit {
+            confidence,
+            needed: self.min_confidence,
             overlap: ranked.agreement.overlap,
+            residual,
             contradictions: ranked.agreement.hover + ranked.agreement.occlusion,
+            inliers: significance.inliers,
         });
-        (margin, confidence, doubt)
+        (confidence - self.min_confidence, confidence, doubt)
     }
 }
 

@@ -105,8 +105,8 @@ pub struct AContrarioConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct DenseVerdictConfig {
-    /// Score of the ranking from which a pose is believed.
-    pub min_score: f64,
+    /// Confidence from which a pose is believed, 0 to 1.
+    pub min_confidence: f64,
 }
 
 /// One more attempt, with more effort or with other assumptions.
@@ -221,6 +221,6 @@ impl Default for AContrarioConfig {
 
 impl Default for DenseVerdictConfig {
     fn default() -> Self {
-        DenseVerdictConfig { min_score: 0.05 }
+        DenseVerdictConfig { min_confidence: 0.6 }
     }
 }
