@@ -3,10 +3,9 @@
 //! How a keypoint's neighbours lie to *their* neighbours, pair by pair; nearer neighbours weigh more.
 
 use crate::descriptor::table;
-use crate::pair::{BINS, DIM, pair_histogram};
+use crate::pair::{BINS, DIM, pair_histogram, pair_histograms};
 use crate::{Descriptor, Features};
 use congruent_geometry::{Length, Surface};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Whose sum is taken.
@@ -68,29 +67,28 @@ impl Descriptor for Fpfh {
     }
 
     fn describe(&self, surface: &Surface, keypoints: &[u32]) -> Features {
-        let (needed, place) = self.needed(surface, keypoints);
-        let histograms: Vec<[f32; DIM]> = needed.par_iter().map(|&i| pair_histogram(surface, i, self.radius)).collect();
-        table(DIM, keypoints, |keypoint, row| {
-            self.combine(surface, keypoint, |i| histograms[place[i as usize] as usize], row)
-        })
+        let histograms = pair_histograms(surface, &self.needed(surface, keypoints), self.radius);
+        table(DIM, keypoints, |keypoint, row| self.combine(surface, keypoint, |i| histograms[i as usize], row))
     }
 }
 
+/// From this share of keypoints among the points on, nearly every point is somebody's neighbour, and finding out which
+/// are not costs more than it saves.
+const DENSE_SHARE: usize = 8;
+
 impl Fpfh {
-    /// The keypoints and their neighbours, each once, ascending; and each surface point's position among them.
-    fn needed(&self, surface: &Surface, keypoints: &[u32]) -> (Vec<u32>, Vec<u32>) {
+    /// The keypoints and their neighbours.
+    fn needed(&self, surface: &Surface, keypoints: &[u32]) -> Vec<bool> {
+        if keypoints.len() * DENSE_SHARE > surface.len() {
+            return vec![true; surface.len()];
+        }
         let mut is_needed = vec![false; surface.len()];
         for &keypoint in keypoints {
             is_needed[keypoint as usize] = true;
             let centre = &surface.points()[keypoint as usize];
             surface.index().within(centre, self.radius, |n| is_needed[n.index as usize] = true);
         }
-        let needed: Vec<u32> = (0..surface.len() as u32).filter(|&i| is_needed[i as usize]).collect();
-        let mut place = vec![u32::MAX; surface.len()];
-        for (position, &i) in needed.iter().enumerate() {
-            place[i as usize] = position as u32;
-        }
-        (needed, place)
+        is_needed
     }
 
     /// Sums the neighbours' histograms, scales each block to 100, and adds the keypoint's own where the variant does.

@@ -76,13 +76,20 @@ fn rank(edges: &mut [Edge]) {
     edges.sort_unstable_by(|a, b| b.common.cmp(&a.common).then(a.ends.cmp(&b.ends)));
 }
 
-/// The pivot with each of its best connected common neighbours.
+/// The pivot with each of its best connected common neighbours; of equals the first.
 fn triangles(graph: &Graph, edge: &Edge) -> Vec<[u32; 3]> {
     let [i, j] = edge.ends.map(|end| end as usize);
     let shared: Vec<u64> = graph.row(i).iter().zip(graph.row(j)).map(|(a, b)| a & b).collect();
-    let mut thirds: Vec<(u32, usize)> = ones(&shared).map(|k| (graph.common(i, k) + graph.common(j, k), k)).collect();
-    thirds.sort_unstable_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(&b.1)));
-    thirds.iter().take(THIRDS).map(|&(_, k)| [i as u32, j as u32, k as u32]).collect()
+    let mut best: Vec<(u32, usize)> = Vec::with_capacity(THIRDS + 1);
+    for k in ones(&shared) {
+        let common = graph.common(i, k) + graph.common(j, k);
+        let place = best.partition_point(|other| other.0 >= common);
+        if place < THIRDS {
+            best.insert(place, (common, k));
+            best.truncate(THIRDS);
+        }
+    }
+    best.iter().map(|&(_, k)| [i as u32, j as u32, k as u32]).collect()
 }
 
 #[cfg(test)]

@@ -1,15 +1,17 @@
 //! The nearest point of a cloud, looked up in a grid: what kd-trees answer exactly, answered in one memory access.
 
 use crate::Point;
+use std::collections::HashMap;
 
 /// More cells than this would cost more memory than a scan is worth; the cells grow instead.
 const MAX_CELLS: f64 = 1.6e7;
 const NOTHING: u32 = u32::MAX;
 
-/// For every cell near a cloud, the point nearest to the cell's centre.
+/// For every cell near a cloud, a point near to the cell's centre.
 ///
-/// The answer is exact up to the size of a cell: a point returned may be farther than the nearest one by at most the
-/// cell's diagonal. Built once in time proportional to points × (reach / cell)³.
+/// Of the points in one cell only the one nearest to its centre is remembered, and a query is answered for the centre
+/// of its cell: so a point returned may be farther than the nearest one by up to two diagonals of a cell. Built once in
+/// time proportional to occupied cells × (reach / cell)³.
 pub struct NearestField {
     low: Point,
     cell: f32,
@@ -22,35 +24,63 @@ impl NearestField {
     #[must_use]
     pub fn new(points: &[Point], cell: f64, reach: f64) -> Self {
         let (low, size, cell) = layout(points, cell, reach);
-        let steps = (reach / f64::from(cell)).ceil() as usize;
-        let mut nearest = vec![NOTHING; size.iter().product()];
-        let mut distance_sq = vec![f32::INFINITY; nearest.len()];
-        let limit = (reach as f32 / cell + 0.87).powi(2);
-        for (number, point) in points.iter().enumerate() {
-            let place: Point = std::array::from_fn(|axis| (point[axis] - low[axis]) / cell);
-            let [xs, ys, zs]: [_; 3] = std::array::from_fn(|axis| {
-                let at = place[axis] as usize;
-                at.saturating_sub(steps)..(at + steps + 1).min(size[axis])
-            });
-            for z in zs {
-                let from_z = (z as f32 + 0.5 - place[2]).powi(2);
-                for y in ys.clone() {
-                    let from_yz = from_z + (y as f32 + 0.5 - place[1]).powi(2);
-                    let row = (z * size[1] + y) * size[0];
-                    for x in xs.clone() {
-                        let away = from_yz + (x as f32 + 0.5 - place[0]).powi(2);
-                        if away < distance_sq[row + x] && away <= limit {
-                            distance_sq[row + x] = away;
-                            nearest[row + x] = number as u32;
-                        }
+        let mut field = NearestField { low, cell, size, nearest: vec![NOTHING; size.iter().product()] };
+        let mut distance_sq = vec![f32::INFINITY; field.nearest.len()];
+        for number in field.representatives(points) {
+            field.stamp(number, &points[number as usize], reach as f32 / cell, &mut distance_sq);
+        }
+        field
+    }
+
+    /// Of each occupied cell the point nearest to its centre, ascending.
+    fn representatives(&self, points: &[Point]) -> Vec<u32> {
+        let mut best: HashMap<usize, (f32, u32)> = HashMap::new();
+        for (number, point) in (0u32..).zip(points) {
+            let place = self.place(point);
+            let cell = place.map(|v| v as usize);
+            let away: f32 = (0..3).map(|axis| (place[axis] - cell[axis] as f32 - 0.5).powi(2)).sum();
+            let entry =
+                best.entry((cell[2] * self.size[1] + cell[1]) * self.size[0] + cell[0]).or_insert((away, number));
+            if away < entry.0 {
+                *entry = (away, number);
+            }
+        }
+        let mut chosen: Vec<u32> = best.into_values().map(|(_, number)| number).collect();
+        chosen.sort_unstable();
+        chosen
+    }
+
+    /// Coordinates in cells.
+    fn place(&self, point: &Point) -> Point {
+        std::array::from_fn(|axis| (point[axis] - self.low[axis]) / self.cell)
+    }
+
+    /// Offers a point to all cells within `reach` (in cells, plus half a diagonal).
+    fn stamp(&mut self, number: u32, point: &Point, reach: f32, distance_sq: &mut [f32]) {
+        let place = self.place(point);
+        let reach = reach + 0.87;
+        let range = |axis: usize, half: f32| {
+            let low = (place[axis] - half - 0.5).ceil().max(0.0) as usize;
+            let high = ((place[axis] + half - 0.5).floor() + 1.0).max(0.0) as usize;
+            low..high.min(self.size[axis])
+        };
+        for z in range(2, reach) {
+            let from_z = (z as f32 + 0.5 - place[2]).powi(2);
+            for y in range(1, (reach * reach - from_z).max(0.0).sqrt()) {
+                let from_yz = from_z + (y as f32 + 0.5 - place[1]).powi(2);
+                let row = (z * self.size[1] + y) * self.size[0];
+                for x in range(0, (reach * reach - from_yz).max(0.0).sqrt()) {
+                    let away = from_yz + (x as f32 + 0.5 - place[0]).powi(2);
+                    if away < distance_sq[row + x] {
+                        distance_sq[row + x] = away;
+                        self.nearest[row + x] = number;
                     }
                 }
             }
         }
-        NearestField { low, cell, size, nearest }
     }
 
-    /// The point nearest to the middle of the cell that `query` is in; `None` beyond the reach.
+    /// A point near to the middle of the cell that `query` is in; `None` beyond the reach.
     #[inline]
     #[must_use]
     pub fn nearest(&self, query: &Point) -> Option<u32> {
@@ -106,8 +136,8 @@ mod tests {
             let distance = |p: &Point| (wide(*p) - wide(query)).norm();
             let best = points.iter().map(distance).fold(f64::INFINITY, f64::min);
             match field.nearest(&query) {
-                Some(found) => assert!(distance(&points[found as usize]) <= best + cell * 3f64.sqrt()),
-                None => assert!(best > reach - cell * 3f64.sqrt()),
+                Some(found) => assert!(distance(&points[found as usize]) <= best + 2.0 * cell * 3f64.sqrt()),
+                None => assert!(best > reach - 2.0 * cell * 3f64.sqrt()),
             }
         }
     }

@@ -27,7 +27,7 @@ pub use length::{Length, LengthError};
 pub use mesh::vertex_normals;
 pub use normals::{Neighborhood, PointNormal, estimate_normals};
 pub use orientation::{Orientation, Oriented, orient};
-pub use resolution::{Resolution, resolution};
+pub use resolution::{Resolution, resolution, resolution_at};
 pub use scan::{Dropped, RawScan, Scan, ScanError};
 pub use surface::Surface;
 pub use transform::{RigidTransform, angle_between, from_rows, mean_displacement, to_rows, uncentred};

@@ -1,14 +1,17 @@
 //! Which side of the surface is the outside: the sign of the normals.
 
 use crate::view::face;
-use crate::{NeighborIndex, Point, ViewKind, estimate_view, wide};
+use crate::{Neighbor, NeighborIndex, Point, ViewKind, estimate_view, wide};
 use nalgebra::Vector3;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Neighbours over which a sign is handed on.
 const PROPAGATION_NEIGHBORS: usize = 10;
+/// Neighbours that say whether the surface bulges.
+const CONVEXITY_NEIGHBORS: usize = 30;
 
 /// How the signs of estimated normals are settled. Both scans of a pair must use the same one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -85,19 +88,20 @@ fn flip(normal: &mut Point) {
 }
 
 fn propagate(points: &[Point], index: &NeighborIndex, normals: &mut [Point]) {
+    let near: Vec<Vec<Neighbor>> = points.par_iter().map(|p| index.nearest_n(p, CONVEXITY_NEIGHBORS)).collect();
     let mut part = vec![u32::MAX; points.len()];
     let mut n_parts = 0;
     for start in 0..points.len() {
         if part[start] == u32::MAX {
-            spread_sign(start as u32, n_parts, points, index, normals, &mut part);
+            spread_sign(start as u32, n_parts, &near, normals, &mut part);
             n_parts += 1;
         }
     }
-    turn_convex(points, index, normals, &part, n_parts as usize);
+    turn_convex(points, &near, normals, &part, n_parts as usize);
 }
 
 /// Prim's tree from one point over its connected part.
-fn spread_sign(start: u32, id: u32, points: &[Point], index: &NeighborIndex, normals: &mut [Point], part: &mut [u32]) {
+fn spread_sign(start: u32, id: u32, near: &[Vec<Neighbor>], normals: &mut [Point], part: &mut [u32]) {
     // Costs are at most 1, as non-negative floats their bits order like the numbers; ties go to the lower index.
     let mut frontier = BinaryHeap::from([Reverse((0u32, start, start))]);
     while let Some(Reverse((_, at, from))) = frontier.pop() {
@@ -108,7 +112,7 @@ fn spread_sign(start: u32, id: u32, points: &[Point], index: &NeighborIndex, nor
         if wide(normals[at as usize]).dot(&wide(normals[from as usize])) < 0.0 {
             flip(&mut normals[at as usize]);
         }
-        for neighbor in index.nearest_n(&points[at as usize], PROPAGATION_NEIGHBORS) {
+        for neighbor in near[at as usize].iter().take(PROPAGATION_NEIGHBORS) {
             if part[neighbor.index as usize] == u32::MAX {
                 let agreement = wide(normals[at as usize]).dot(&wide(normals[neighbor.index as usize])).abs();
                 let cost = (1.0 - agreement).max(0.0) as f32;
@@ -119,11 +123,10 @@ fn spread_sign(start: u32, id: u32, points: &[Point], index: &NeighborIndex, nor
 }
 
 /// Turns each part so that, added up, its neighbourhoods lie behind their normals.
-fn turn_convex(points: &[Point], index: &NeighborIndex, normals: &mut [Point], part: &[u32], n_parts: usize) {
+fn turn_convex(points: &[Point], near: &[Vec<Neighbor>], normals: &mut [Point], part: &[u32], n_parts: usize) {
     let mut ahead = vec![0.0; n_parts];
     for (i, point) in points.iter().enumerate() {
-        let neighbors = index.nearest_n(point, 3 * PROPAGATION_NEIGHBORS);
-        let offset: Vector3<f64> = neighbors.iter().map(|n| wide(points[n.index as usize]) - wide(*point)).sum();
+        let offset: Vector3<f64> = near[i].iter().map(|n| wide(points[n.index as usize]) - wide(*point)).sum();
         ahead[part[i] as usize] += offset.dot(&wide(normals[i]));
     }
     for (normal, id) in normals.iter_mut().zip(part) {

@@ -24,17 +24,24 @@ pub struct Resolution {
 /// points, 50 000 of them are asked (against the whole cloud).
 #[must_use]
 pub fn resolution(points: &[Point], index: &NeighborIndex) -> Option<Resolution> {
-    let queries: Vec<u32> = if points.len() <= EXACT_UP_TO {
+    resolution_at(points, index, if points.len() <= EXACT_UP_TO { points.len() } else { SAMPLED_AT })
+}
+
+/// The same, asked at `queries` points drawn evenly (at all of them where there are no more).
+#[must_use]
+pub fn resolution_at(points: &[Point], index: &NeighborIndex, queries: usize) -> Option<Resolution> {
+    let is_exact = points.len() <= queries;
+    let asked: Vec<u32> = if is_exact {
         (0..points.len() as u32).collect()
     } else {
         let mut stream = Stream::new(0, points.len() as u64);
-        (0..SAMPLED_AT).map(|_| stream.below(points.len() as u32)).collect()
+        (0..queries).map(|_| stream.below(points.len() as u32)).collect()
     };
-    let distances: Vec<f64> = queries.par_iter().filter_map(|&i| nearest_other(points, index, i)).collect();
+    let distances: Vec<f64> = asked.par_iter().filter_map(|&i| nearest_other(points, index, i)).collect();
     let n = distances.len() as f64;
     let mean = distances.iter().sum::<f64>() / n;
     let variance = distances.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / n;
-    let standard_error = if points.len() <= EXACT_UP_TO { 0.0 } else { (variance / n).sqrt() };
+    let standard_error = if is_exact { 0.0 } else { (variance / n).sqrt() };
     (mean > 0.0).then_some(Resolution { mean, standard_error })
 }
 

@@ -175,9 +175,12 @@ impl Chain<'_, '_> {
         };
         let resolution = self.resolution;
         let viewpoints = prepared.trusted_viewpoints();
-        let ranking = Ranking::new(&prepared.surfaces, &viewpoints, dense, resolution);
         let poses: Vec<RigidTransform> = pool.iter().map(|h| h.target_from_source).collect();
-        let best = self.clock.time(Stage::Ranking, || ranking.rank(&poses)[0]);
+        let (ranking, best) = self.clock.time(Stage::Ranking, || {
+            let ranking = Ranking::new(&prepared.surfaces, &viewpoints, dense, resolution);
+            let best = ranking.rank(&poses)[0];
+            (ranking, best)
+        });
         let refined = self.refined(&prepared.surfaces, &best.target_from_source);
         let again = ranking.judge(&refined);
         let kept = if again.score >= best.score { again } else { best };

@@ -4,12 +4,14 @@ use crate::config::{BudgetConfig, NeighborhoodConfig};
 use crate::{Failure, NormalSource, NormalsConfig, Pair, SamplingConfig};
 use congruent_geometry::{
     NeighborIndex, Neighborhood, Oriented, Point, Sample, Scan, Surface, estimate_normals, orient, resolution,
-    vertex_normals, voxel_centroids,
+    resolution_at, vertex_normals, voxel_centroids,
 };
 use nalgebra::Vector3;
 
 /// Fewest neighbours that a normal is estimated from, where a radius finds fewer.
 const MIN_NEIGHBORS: usize = 6;
+/// Points at which a resolution is estimated (it is then good to about one per cent).
+const ESTIMATE_AT: usize = 4000;
 /// A grid that leaves too many points is enlarged by at least this factor …
 const MIN_GROWTH: f64 = 1.02;
 /// … and by this share of what would be enough if the scan were an even sheet.
@@ -34,12 +36,9 @@ pub(crate) struct Cloud {
 
 /// Thins both scans with the same grid.
 pub(crate) fn sample(scans: &Pair<&Scan>, config: &SamplingConfig, normals: NormalSource) -> Result<Sampled, Failure> {
-    let raw_resolution = scans
-        .map(|scan| {
-            let index = NeighborIndex::new(scan.points());
-            resolution(scan.points(), &index).expect("a scan has three distinct points").mean
-        })
-        .mean();
+    // The paper's chain measures every point; a budget only needs to know where to start.
+    let queries = if matches!(config, SamplingConfig::Budget(_)) { ESTIMATE_AT } else { usize::MAX };
+    let raw_resolution = scans.map(|scan| raw_resolution(scan, queries)).mean();
     let given = scans.map(|scan| match normals {
         NormalSource::Estimated => None,
         NormalSource::Given => given_normals(scan),
@@ -56,9 +55,18 @@ pub(crate) fn sample(scans: &Pair<&Scan>, config: &SamplingConfig, normals: Norm
         }
     };
     let origins = scans.map(|scan| *scan.origin());
-    let clouds = samples.zip(origins).into_map(|(sample, origin)| Cloud::new(sample, origin)).both()?;
+    let clouds = samples.zip(origins).into_map(|(sample, origin)| Cloud::new(sample, origin, queries)).both()?;
     let resolution = unit.unwrap_or_else(|| clouds.map(|cloud| cloud.resolution).mean());
     Ok(Sampled { clouds, raw_resolution, resolution })
+}
+
+fn raw_resolution(scan: &Scan, queries: usize) -> f64 {
+    let index = NeighborIndex::new(scan.points());
+    let measured = match queries {
+        usize::MAX => resolution(scan.points(), &index),
+        _ => resolution_at(scan.points(), &index, queries),
+    };
+    measured.expect("a scan has three distinct points").mean
 }
 
 fn whole(scans: &Pair<&Scan>, normals: Pair<Option<Vec<Point>>>) -> Pair<Sample> {
@@ -84,9 +92,9 @@ fn within_budget(
 }
 
 impl Cloud {
-    fn new(sample: Sample, origin: Vector3<f64>) -> Result<Cloud, Failure> {
+    fn new(sample: Sample, origin: Vector3<f64>, queries: usize) -> Result<Cloud, Failure> {
         let index = NeighborIndex::new(&sample.points);
-        match resolution(&sample.points, &index) {
+        match resolution_at(&sample.points, &index, queries) {
             Some(resolution) if sample.points.len() >= 3 => {
                 Ok(Cloud { sample, origin, index, resolution: resolution.mean })
             }
