@@ -22,6 +22,9 @@ pub(crate) struct Report {
     score: Option<f64>,
     /// Decimal logarithm of the number of random poses that would have as many inliers.
     log10_false_alarms: Option<f64>,
+    /// Mean squared parting of the surfaces for a unit motion in each of six independent directions, ascending: small
+    /// numbers are directions in which the surfaces slide on each other.
+    stiffness: Option<[f64; 6]>,
     /// How the two surfaces lie on each other under the pose.
     agreement: Option<Agreement>,
     counts: Counts,
@@ -89,6 +92,7 @@ impl Report {
             confidence: registration.confidence,
             score: registration.score,
             log10_false_alarms: registration.log10_false_alarms,
+            stiffness: registration.hold.map(|hold| hold.stiffness),
             agreement: registration.agreement.map(|a| Agreement {
                 score: a.score,
                 overlap: a.overlap,

@@ -5,13 +5,15 @@ use crate::ranking::{Ranked, Ranking};
 use crate::stage::Clock;
 use crate::verdict::Significance;
 use crate::{
-    Agreement, Counts, Failure, Pair, PipelineConfig, RankingConfig, RefinementConfig, Signs, Stage, VerdictConfig,
+    Agreement, Counts, Failure, Pair, PipelineConfig, PointToPlaneConfig, RankingConfig, RefinementConfig, Signs,
+    Stage, VerdictConfig,
 };
 use congruent_descriptors::{Features, LocalFrame};
 use congruent_estimators::{Distinctness, Hypothesis, optimise, sample as sample_hypotheses};
 use congruent_geometry::{NeighborIndex, Oriented, RigidTransform, Scan, Surface};
 use congruent_matching::Correspondence;
 use congruent_metrics::{Clouds, Evidence, Metric};
+use congruent_refinement::Hold;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
@@ -24,6 +26,7 @@ pub(crate) struct Answer {
     pub(crate) target_from_source: RigidTransform,
     /// By the metric.
     pub(crate) score: f64,
+    pub(crate) hold: Hold,
     /// How the surfaces lie on each other, where that was looked at.
     pub(crate) agreement: Option<Agreement>,
     /// Above zero is believed.
@@ -197,6 +200,12 @@ impl Chain<'_, '_> {
         })
     }
 
+    /// How firmly the surfaces hold the pose where they touch.
+    fn hold(&self, surfaces: &Pair<Surface>, pose: &RigidTransform) -> Hold {
+        let measure = PointToPlaneConfig::default().build(self.resolution);
+        measure.measure(&surfaces.source, &surfaces.target, surfaces.target.index(), pose).hold
+    }
+
     fn judged(&mut self, chosen: &Chosen, surfaces: &Pair<Surface>, evidence: &Evidence) -> Answer {
         let (config, resolution) = (self.config, self.resolution);
         let metric = config.metric.build(resolution, clouds(surfaces));
@@ -209,6 +218,7 @@ impl Chain<'_, '_> {
         let significance =
             self.clock.time(Stage::Verdict, || Significance::of(pose, evidence, threshold.resolve(resolution), trials));
         self.counts.inliers = significance.inliers;
+        let hold = self.hold(surfaces, pose);
         let (margin, confidence, doubt) = match (&config.verdict, &chosen.ranked) {
             (VerdictConfig::Dense(c), Some(ranked)) => c.judge(ranked, &significance, resolution),
             (VerdictConfig::AContrario(c), _) => significance.judge(c),
@@ -217,6 +227,7 @@ impl Chain<'_, '_> {
         Answer {
             target_from_source: *pose,
             score: metric.score(evidence, pose).value(),
+            hold,
             agreement: chosen.ranked.map(|ranked| Agreement::new(&ranked, resolution)),
             margin,
             log10_false_alarms: significance.log10_false_alarms,

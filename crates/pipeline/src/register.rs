@@ -76,6 +76,7 @@ impl Attempt {
             confidence: answer.as_ref().map_or(0.0, |answer| answer.confidence),
             score: answer.as_ref().map(|answer| answer.score),
             log10_false_alarms: answer.as_ref().map(|answer| answer.log10_false_alarms),
+            hold: answer.as_ref().map(|answer| answer.hold),
             agreement: answer.and_then(|answer| answer.agreement),
             counts: self.counts,
             raw_resolution: self.raw_resolution,

@@ -3,6 +3,7 @@
 use crate::ranking::Ranked;
 use crate::{Failure, Pair, StageTime};
 use congruent_geometry::RigidTransform;
+use congruent_refinement::Hold;
 
 /// Whether the pose is to be believed.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,6 +80,8 @@ pub struct Registration {
     pub score: Option<f64>,
     /// Decimal logarithm of the number of random poses that would have as many inliers, among all that were tried.
     pub log10_false_alarms: Option<f64>,
+    /// How firmly the surfaces hold the pose where they touch.
+    pub hold: Option<Hold>,
     /// How the surfaces lie on each other, where the ranking looked at that.
     pub agreement: Option<Agreement>,
     /// What each stage left.

@@ -1,6 +1,6 @@
 //! Point-to-plane ICP (Chen and Medioni 1991) with a shrinking search radius and robust weights.
 
-use crate::Nearest;
+use crate::{Hold, Nearest};
 use congruent_geometry::{RigidTransform, Surface, narrow, wide};
 use nalgebra::{Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
 use rayon::prelude::*;
@@ -42,6 +42,8 @@ pub struct Refinement {
     pub information: Matrix6<f64>,
     /// Weighted root mean square of the point-to-plane distances, data units.
     pub residual: f64,
+    /// How firmly the pairs hold the pose.
+    pub hold: Hold,
 }
 
 impl PointToPlane {
@@ -70,12 +72,20 @@ impl PointToPlane {
             }
         }
         pose.rotation.renormalize();
-        Refinement {
-            target_from_source: pose,
-            n_pairs: sums.n_pairs,
-            information: sums.information,
-            residual: sums.residual(),
-        }
+        sums.refinement(pose)
+    }
+
+    /// What holds a pose as it is: the pairs within the end radius, all points of the moving surface up to the maximum.
+    pub fn measure(
+        &self,
+        moving: &Surface,
+        fixed: &Surface,
+        nearest: &dyn Nearest,
+        pose: &RigidTransform,
+    ) -> Refinement {
+        let stride = moving.len().div_ceil(self.max_points.max(1)).max(1);
+        let sums = self.sums(moving, fixed, nearest, pose, self.end_radius, 0, stride);
+        sums.refinement(*pose)
     }
 
     #[expect(clippy::too_many_arguments, reason = "the parts of one iteration, named at the only place of call")]
@@ -126,6 +136,8 @@ struct Sums {
     n_pairs: usize,
     weight: f64,
     weighted_sq: f64,
+    place: Vector3<f64>,
+    place_sq: f64,
 }
 
 impl Sums {
@@ -137,6 +149,8 @@ impl Sums {
         self.n_pairs += 1;
         self.weight += weight;
         self.weighted_sq += weight * distance * distance;
+        self.place += moved * weight;
+        self.place_sq += moved.norm_squared() * weight;
     }
 
     fn plus(mut self, other: Sums) -> Sums {
@@ -145,6 +159,8 @@ impl Sums {
         self.n_pairs += other.n_pairs;
         self.weight += other.weight;
         self.weighted_sq += other.weighted_sq;
+        self.place += other.place;
+        self.place_sq += other.place_sq;
         self
     }
 
@@ -157,8 +173,16 @@ impl Sums {
         damped.cholesky().map(|factor| factor.solve(&self.gradient)).filter(|step| step.iter().all(|v| v.is_finite()))
     }
 
-    fn residual(&self) -> f64 {
-        if self.weight > 0.0 { (self.weighted_sq / self.weight).sqrt() } else { 0.0 }
+    fn refinement(&self, pose: RigidTransform) -> Refinement {
+        let residual = if self.weight > 0.0 { (self.weighted_sq / self.weight).sqrt() } else { 0.0 };
+        let middle = self.place / self.weight;
+        let spread = (self.place_sq / self.weight - middle.norm_squared()).max(0.0).sqrt();
+        let hold = if self.n_pairs < MIN_PAIRS {
+            Hold::NONE
+        } else {
+            Hold::new(&self.information, self.weight, &middle, spread)
+        };
+        Refinement { target_from_source: pose, n_pairs: self.n_pairs, information: self.information, residual, hold }
     }
 }
 

@@ -1,0 +1,103 @@
+//! How firmly touching surfaces hold a pose: the directions in which they slide on each other.
+
+use nalgebra::{Matrix3, Matrix6, SymmetricEigen, Vector3, Vector6};
+
+/// The six independent motions of one surface on the other, and how much each would part the surfaces.
+///
+/// Motions are measured about the middle of the overlap, rotations in units of its radius, so that the numbers have no
+/// unit: a motion that moves the points by one along their normals everywhere has stiffness one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hold {
+    /// Mean squared parting of the surfaces for a unit motion, ascending.
+    pub stiffness: [f64; 6],
+    /// The motions: rotation (radians times the overlap's radius) before translation, target frame.
+    pub motions: [Vector6<f64>; 6],
+}
+
+impl Hold {
+    /// Nothing holds.
+    pub const NONE: Hold = Hold { stiffness: [0.0; 6], motions: [Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0); 6] };
+
+    /// From normal equations about the origin, summed over pairs of this total weight around `middle`.
+    pub(crate) fn new(information: &Matrix6<f64>, weight: f64, middle: &Vector3<f64>, radius: f64) -> Hold {
+        let mut about_middle = Matrix6::identity();
+        about_middle.fixed_view_mut::<3, 3>(0, 3).copy_from(&-middle.cross_matrix());
+        let mut scale = Matrix6::identity();
+        scale.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() / radius.max(f64::MIN_POSITIVE)));
+        let change = scale * about_middle;
+        let scaled = change * information * change.transpose() / weight;
+        if !scaled.iter().all(|v| v.is_finite()) {
+            return Hold::NONE;
+        }
+        let eigen = SymmetricEigen::new(scaled);
+        let mut order = [0, 1, 2, 3, 4, 5];
+        order.sort_by(|&a: &usize, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+        Hold {
+            stiffness: order.map(|i| eigen.eigenvalues[i].max(0.0)),
+            motions: order.map(|i| eigen.eigenvectors.column(i).into_owned()),
+        }
+    }
+
+    /// How many of the motions part the surfaces by less than `stiffness`.
+    #[must_use]
+    pub fn n_free(&self, stiffness: f64) -> usize {
+        self.stiffness.iter().filter(|&&s| s < stiffness).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Normal equations of points with normals, unweighted.
+    fn hold_of(points: &[(Vector3<f64>, Vector3<f64>)], shift: &Vector3<f64>) -> Hold {
+        let mut information = Matrix6::zeros();
+        let (mut middle, mut square) = (Vector3::zeros(), 0.0);
+        for (p, n) in points {
+            let p = p + shift;
+            let turning = p.cross(n);
+            let row = Vector6::new(turning.x, turning.y, turning.z, n.x, n.y, n.z);
+            information += row * row.transpose();
+            middle += p;
+            square += p.norm_squared();
+        }
+        let n = points.len() as f64;
+        middle /= n;
+        Hold::new(&information, n, &middle, (square / n - middle.norm_squared()).sqrt())
+    }
+
+    /// Points on a surface given by two parameters.
+    fn surface(at: impl Fn(f64, f64) -> (Vector3<f64>, Vector3<f64>)) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+        (0..900).map(|i| at(f64::from(i % 30) / 30.0, f64::from(i / 30) / 30.0)).collect()
+    }
+
+    #[test]
+    fn planes_spheres_and_cylinders_slide_and_corners_hold() {
+        let plane = surface(|u, v| (Vector3::new(u, v, 0.0), Vector3::z()));
+        let cap = surface(|u, v| {
+            let d = Vector3::new(u - 0.5, v - 0.5, 1.0).normalize();
+            (d, d)
+        });
+        let tube = surface(|u, v| {
+            let d = Vector3::new((3.0 * u).cos(), (3.0 * u).sin(), 0.0);
+            (d + Vector3::z() * 2.0 * v, d)
+        });
+        let corner: Vec<_> = (0..3)
+            .flat_map(|axis| {
+                surface(move |u, v| {
+                    let mut p = Vector3::new(u, v, 0.0);
+                    p.swap_rows(2, axis);
+                    (p, Vector3::ith(axis, 1.0))
+                })
+            })
+            .collect();
+        for (name, points, free) in
+            [("plane", plane, 3), ("sphere", cap, 3), ("cylinder", tube, 2), ("corner", corner, 0)]
+        {
+            for shift in [Vector3::zeros(), Vector3::new(40.0, -7.0, 300.0)] {
+                let hold = hold_of(&points, &shift);
+                assert_eq!(hold.n_free(1e-6), free, "{name}: {:?}", hold.stiffness);
+            }
+        }
+    }
+}
