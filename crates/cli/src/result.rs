@@ -18,6 +18,8 @@ pub(crate) struct Report {
     target_from_source: Option<[[f64; 4]; 4]>,
     verdict: &'static str,
     reason: Option<String>,
+    /// Where the verdict is ambiguous: the other poses, best first.
+    alternatives: Vec<Alternative>,
     confidence: f64,
     score: Option<f64>,
     /// Decimal logarithm of the number of random poses that would have as many inliers.
@@ -34,6 +36,12 @@ pub(crate) struct Report {
     lengths: BTreeMap<String, f64>,
     seed: u64,
     timings: BTreeMap<&'static str, f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Alternative {
+    target_from_source: [[f64; 4]; 4],
+    score: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -74,6 +82,15 @@ impl Report {
     ) -> Self {
         let (verdict, reason) = match &registration.verdict {
             Verdict::Ok => ("ok", None),
+            Verdict::Ambiguous => {
+                let others = registration.alternatives.len();
+                (
+                    "ambiguous",
+                    Some(format!(
+                        "{others} really different poses fit nearly as well: the scene is symmetric or repeats itself; an initial guess or more overlap would tell them apart"
+                    )),
+                )
+            }
             Verdict::Failed(failure) => ("failed", Some(failure.to_string())),
         };
         let counts = &registration.counts;
@@ -89,6 +106,11 @@ impl Report {
             target_from_source: registration.target_from_source.as_ref().map(to_rows),
             verdict,
             reason,
+            alternatives: registration
+                .alternatives
+                .iter()
+                .map(|(pose, score)| Alternative { target_from_source: to_rows(pose), score: *score })
+                .collect(),
             confidence: registration.confidence,
             score: registration.score,
             log10_false_alarms: registration.log10_false_alarms,

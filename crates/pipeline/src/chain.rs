@@ -3,10 +3,9 @@
 use crate::preparation::sample;
 use crate::ranking::{Ranked, Ranking};
 use crate::stage::Clock;
-use crate::verdict::Significance;
+use crate::verdict::{Evident, Judgement, Significance};
 use crate::{
-    Agreement, Counts, Failure, Pair, PipelineConfig, PointToPlaneConfig, RankingConfig, RefinementConfig, Signs,
-    Stage, VerdictConfig,
+    Agreement, Counts, Failure, Pair, PipelineConfig, PointToPlaneConfig, RankingConfig, RefinementConfig, Signs, Stage,
 };
 use congruent_descriptors::{Features, LocalFrame};
 use congruent_estimators::{Distinctness, Hypothesis, optimise, sample as sample_hypotheses};
@@ -29,13 +28,9 @@ pub(crate) struct Answer {
     pub(crate) hold: Hold,
     /// How the surfaces lie on each other, where that was looked at.
     pub(crate) agreement: Option<Agreement>,
-    /// Above zero is believed.
-    pub(crate) margin: f64,
     /// Decimal logarithm of the number of random poses with so many inliers.
     pub(crate) log10_false_alarms: f64,
-    pub(crate) confidence: f64,
-    /// Why it is not believed.
-    pub(crate) doubt: Option<Failure>,
+    pub(crate) judgement: Judgement,
 }
 
 /// A surface and how its normals were oriented.
@@ -174,20 +169,29 @@ impl Chain<'_, '_> {
     fn chosen(&mut self, prepared: &Prepared, pool: &[Hypothesis]) -> Chosen {
         let RankingConfig::Dense(dense) = &self.config.ranking else {
             let pose = pool[0].target_from_source;
-            return Chosen { target_from_source: self.refined(&prepared.surfaces, &pose), ranked: None };
+            return Chosen {
+                target_from_source: self.refined(&prepared.surfaces, &pose),
+                ranked: None,
+                others: Vec::new(),
+            };
         };
         let resolution = self.resolution;
         let viewpoints = prepared.trusted_viewpoints();
         let poses: Vec<RigidTransform> = pool.iter().map(|h| h.target_from_source).collect();
-        let (ranking, best) = self.clock.time(Stage::Ranking, || {
+        let (ranking, ranked) = self.clock.time(Stage::Ranking, || {
             let ranking = Ranking::new(&prepared.surfaces, &viewpoints, dense, resolution);
-            let best = ranking.rank(&poses)[0];
-            (ranking, best)
+            let ranked = ranking.rank(&poses);
+            (ranking, ranked)
         });
+        let best = ranked[0];
         let refined = self.refined(&prepared.surfaces, &best.target_from_source);
         let again = ranking.judge(&refined);
         let kept = if again.score >= best.score { again } else { best };
-        Chosen { target_from_source: kept.target_from_source, ranked: Some(kept) }
+        Chosen {
+            target_from_source: kept.target_from_source,
+            ranked: Some(kept),
+            others: ranking.others(&kept, &ranked),
+        }
     }
 
     /// The source as it came, on the sampled target.
@@ -210,29 +214,20 @@ impl Chain<'_, '_> {
         let (config, resolution) = (self.config, self.resolution);
         let metric = config.metric.build(resolution, clouds(surfaces));
         let pose = &chosen.target_from_source;
-        let threshold = match &config.verdict {
-            VerdictConfig::AContrario(c) => c.inlier_threshold,
-            VerdictConfig::Dense(_) => crate::AContrarioConfig::default().inlier_threshold,
-        };
+        let threshold = config.verdict.inlier_threshold();
         let trials = self.counts.trials;
         let significance =
             self.clock.time(Stage::Verdict, || Significance::of(pose, evidence, threshold.resolve(resolution), trials));
         self.counts.inliers = significance.inliers;
-        let hold = self.hold(surfaces, pose);
-        let (margin, confidence, doubt) = match (&config.verdict, &chosen.ranked) {
-            (VerdictConfig::Dense(c), Some(ranked)) => c.judge(ranked, &significance, resolution),
-            (VerdictConfig::AContrario(c), _) => significance.judge(c),
-            (VerdictConfig::Dense(_), None) => significance.judge(&crate::AContrarioConfig::default()),
-        };
+        let evidence_of = Evident { chosen, significance: &significance, hold: self.hold(surfaces, pose), resolution };
+        let judgement = config.verdict.judge(&evidence_of);
         Answer {
             target_from_source: *pose,
             score: metric.score(evidence, pose).value(),
-            hold,
+            hold: evidence_of.hold,
             agreement: chosen.ranked.map(|ranked| Agreement::new(&ranked, resolution)),
-            margin,
             log10_false_alarms: significance.log10_false_alarms,
-            confidence,
-            doubt,
+            judgement,
         }
     }
 }
@@ -241,9 +236,12 @@ fn clouds(surfaces: &Pair<Surface>) -> Clouds<'_> {
     Clouds { source: &surfaces.source, target: &surfaces.target }
 }
 
-struct Chosen {
+/// The pose that an attempt settled on.
+pub(crate) struct Chosen {
     target_from_source: RigidTransform,
-    ranked: Option<Ranked>,
+    pub(crate) ranked: Option<Ranked>,
+    /// Really different poses, best first.
+    pub(crate) others: Vec<Ranked>,
 }
 
 impl Prepared {

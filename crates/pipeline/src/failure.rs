@@ -62,4 +62,16 @@ pub enum Failure {
         /// Correspondences that agree with the pose.
         inliers: usize,
     },
+    /// The pose can be changed without parting the surfaces.
+    #[error(
+        "the geometry leaves {n_free} of 6 directions open: the surfaces slide on each other, as planes, spheres or cylinders do (stiffness {stiffness:.4}, {needed} is needed); scans that show more of the shape are needed"
+    )]
+    Sliding {
+        /// Directions that nothing holds.
+        n_free: usize,
+        /// Of the loosest direction: mean squared parting of the surfaces for a unit motion.
+        stiffness: f64,
+        /// From which a direction counts as held.
+        needed: f64,
+    },
 }

@@ -1,7 +1,7 @@
 //! The choice among poses by the whole surfaces: correspondences propose, surfaces decide.
 
 use crate::{DenseConfig, Pair};
-use congruent_geometry::{NearestField, RigidTransform, Surface, narrow};
+use congruent_geometry::{NearestField, RigidTransform, Surface, mean_displacement, narrow};
 use congruent_metrics::{DenseAgreement, DenseRule, DenseSurface, DepthImage, Score, agreement};
 use congruent_refinement::PointToPlane;
 use nalgebra::Vector3;
@@ -13,6 +13,11 @@ const FAR_CELL: f64 = 4.0;
 const PIXEL: f64 = 4.0;
 /// How far the short refinement looks at first and at last, in `pr`.
 const REFINEMENT_RADII: [f64; 2] = [6.0, 2.5];
+/// Poses whose points lie farther apart than this, in `pr`, are really different; so many are kept beside the answer.
+const DIFFERENT: f64 = 10.0;
+const MAX_OTHERS: usize = 5;
+/// Every so many points are compared.
+const PROBE_STRIDE: usize = 37;
 /// Points that one short refinement uses in a round.
 const REFINEMENT_POINTS: usize = 1200;
 
@@ -61,6 +66,24 @@ impl<'a> Ranking<'a> {
         let mut refined: Vec<Ranked> = promising.par_iter().map(|ranked| self.refined(ranked)).collect();
         sort(&mut refined);
         refined
+    }
+
+    /// Poses that are really different from the answer and from each other, best first.
+    pub(crate) fn others(&self, answer: &Ranked, ranked: &[Ranked]) -> Vec<Ranked> {
+        let points: Vec<_> = self.surfaces.source.surface.points().iter().step_by(PROBE_STRIDE).copied().collect();
+        let apart = |a: &Ranked, b: &Ranked| {
+            mean_displacement(&points, &a.target_from_source, &b.target_from_source) > DIFFERENT * self.resolution
+        };
+        let mut others: Vec<Ranked> = Vec::new();
+        for candidate in ranked {
+            if others.len() < MAX_OTHERS
+                && apart(candidate, answer)
+                && others.iter().all(|other| apart(candidate, other))
+            {
+                others.push(*candidate);
+            }
+        }
+        others
     }
 
     /// How well the surfaces lie on each other, by the rule of the final score.

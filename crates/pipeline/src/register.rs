@@ -6,7 +6,7 @@ use crate::{
     Counts, EscalationStep, Failure, Pair, PipelineConfig, RankingConfig, Registration, SamplingConfig, Signs, Stage,
     Verdict,
 };
-use congruent_geometry::{Scan, uncentred};
+use congruent_geometry::{RigidTransform, Scan, uncentred};
 
 /// Registers two scans.
 ///
@@ -48,32 +48,43 @@ fn attempt(scans: &Pair<&Scan>, config: &PipelineConfig, signs: Signs, clock: &m
 
 impl Attempt {
     fn is_believed(&self) -> bool {
-        self.outcome.as_ref().is_ok_and(|answer| answer.doubt.is_none())
+        self.outcome.as_ref().is_ok_and(|answer| answer.judgement.doubt.is_none())
     }
 
-    fn margin(&self) -> f64 {
-        self.outcome.as_ref().map_or(f64::NEG_INFINITY, |answer| answer.margin)
+    fn confidence(&self) -> f64 {
+        self.outcome.as_ref().map_or(-1.0, |answer| answer.judgement.confidence)
     }
 
     /// The more believable one; of equals the first.
     fn or(self, other: Attempt) -> Attempt {
-        if other.margin() > self.margin() { other } else { self }
+        if other.confidence() > self.confidence() { other } else { self }
     }
 
     fn registration(self, scans: &Pair<&Scan>, clock: Clock<'_>) -> Registration {
-        let (answer, failure) = match self.outcome {
+        let in_file_coordinates = |pose: &RigidTransform| uncentred(pose, scans.source.origin(), scans.target.origin());
+        let (answer, verdict) = match self.outcome {
+            Err(failure) => (None, Verdict::Failed(failure)),
             Ok(mut answer) => {
-                let doubt = answer.doubt.take();
-                (Some(answer), doubt)
+                let verdict = match answer.judgement.doubt.take() {
+                    Some(doubt) => Verdict::Failed(doubt),
+                    None if answer.judgement.rivals.is_empty() => Verdict::Ok,
+                    None => Verdict::Ambiguous,
+                };
+                (Some(answer), verdict)
             }
-            Err(failure) => (None, Some(failure)),
         };
-        let in_file_coordinates =
-            |answer: &Answer| uncentred(&answer.target_from_source, scans.source.origin(), scans.target.origin());
+        let alternatives = match (&answer, &verdict) {
+            (Some(answer), Verdict::Ambiguous) => {
+                let rivals = answer.judgement.rivals.iter();
+                rivals.map(|rival| (in_file_coordinates(&rival.target_from_source), rival.score.value())).collect()
+            }
+            _ => Vec::new(),
+        };
         Registration {
-            target_from_source: answer.as_ref().map(in_file_coordinates),
-            verdict: failure.map_or(Verdict::Ok, Verdict::Failed),
-            confidence: answer.as_ref().map_or(0.0, |answer| answer.confidence),
+            target_from_source: answer.as_ref().map(|answer| in_file_coordinates(&answer.target_from_source)),
+            verdict,
+            alternatives,
+            confidence: answer.as_ref().map_or(0.0, |answer| answer.judgement.confidence),
             score: answer.as_ref().map(|answer| answer.score),
             log10_false_alarms: answer.as_ref().map(|answer| answer.log10_false_alarms),
             hold: answer.as_ref().map(|answer| answer.hold),

@@ -10,6 +10,8 @@ use congruent_refinement::Hold;
 pub enum Verdict {
     /// It is.
     Ok,
+    /// It fits, but so do the really different poses that are listed as alternatives.
+    Ambiguous,
     /// No pose, or none to be believed.
     Failed(Failure),
 }
@@ -74,6 +76,9 @@ pub struct Registration {
     pub target_from_source: Option<RigidTransform>,
     /// Whether to believe it.
     pub verdict: Verdict,
+    /// Really different poses that are nearly as good, best first: source to target, file coordinates, with the score of
+    /// the ranking. Empty unless the verdict is `Ambiguous`.
+    pub alternatives: Vec<(RigidTransform, f64)>,
     /// 0 to 1, one half at the border between the verdicts. Not calibrated.
     pub confidence: f64,
     /// By the configured metric.

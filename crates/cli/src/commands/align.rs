@@ -13,7 +13,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-/// The verdict is `failed`.
+/// The verdict is `failed` or `ambiguous`.
 const NOT_REGISTERED: u8 = 1;
 
 pub(super) fn run(args: &AlignArgs) -> Result<ExitCode> {
@@ -47,7 +47,7 @@ impl Aligned {
     pub(super) fn exit_code(&self) -> ExitCode {
         match self.registration.verdict {
             Verdict::Ok => ExitCode::SUCCESS,
-            Verdict::Failed(_) => ExitCode::from(NOT_REGISTERED),
+            Verdict::Ambiguous | Verdict::Failed(_) => ExitCode::from(NOT_REGISTERED),
         }
     }
 }

@@ -99,6 +99,8 @@ pub struct AContrarioConfig {
     pub inlier_threshold: Length,
     /// Random poses as good as this one that may be expected among all trials.
     pub max_false_alarms: f64,
+    /// Stiffness that every direction must have; in a looser one the surfaces slide on each other.
+    pub min_stiffness: f64,
 }
 
 /// Settings of `[verdict.dense]`.
@@ -107,6 +109,10 @@ pub struct AContrarioConfig {
 pub struct DenseVerdictConfig {
     /// Confidence from which a pose is believed, 0 to 1.
     pub min_confidence: f64,
+    /// Stiffness that every direction must have; in a looser one the surfaces slide on each other.
+    pub min_stiffness: f64,
+    /// A really different pose with more than this share of the best score makes the answer ambiguous.
+    pub rival_score: f64,
 }
 
 /// One more attempt, with more effort or with other assumptions.
@@ -132,6 +138,9 @@ pub enum Signs {
     /// Turned round on a scan whose signs are unsure; no attempt where both are sure.
     Other,
 }
+
+/// Between noisy planes, spheres and cylinders (up to 0.005) and the loosest right pairs of real scans (from 0.01).
+const MIN_STIFFNESS: f64 = 0.006;
 
 impl Default for PoolConfig {
     fn default() -> Self {
@@ -215,12 +224,16 @@ impl Default for VerdictConfig {
 
 impl Default for AContrarioConfig {
     fn default() -> Self {
-        AContrarioConfig { inlier_threshold: Length::Resolutions(7.5), max_false_alarms: 1e-3 }
+        AContrarioConfig {
+            inlier_threshold: Length::Resolutions(7.5),
+            max_false_alarms: 1e-3,
+            min_stiffness: MIN_STIFFNESS,
+        }
     }
 }
 
 impl Default for DenseVerdictConfig {
     fn default() -> Self {
-        DenseVerdictConfig { min_confidence: 0.6 }
+        DenseVerdictConfig { min_confidence: 0.6, min_stiffness: MIN_STIFFNESS, rival_score: 0.8 }
     }
 }
