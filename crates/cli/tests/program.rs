@@ -38,7 +38,7 @@ fn help_is_as_it_was() {
     ] {
         let output = congruent(&command);
         assert_eq!(output.status.code(), Some(0));
-        insta::assert_snapshot!(command.join(" ").replace("--", ""), stdout(&output));
+        insta::assert_snapshot!(command.join("_").replace("--", ""), stdout(&output));
     }
 }
 
@@ -70,7 +70,7 @@ fn json_has_its_shape() {
     let output = congruent(&["align", &path(&folder, "source.ply"), &path(&folder, "target.ply"), "--json"]);
     assert_eq!(output.status.code(), Some(0));
     let value: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
-    insta::assert_snapshot!("align json", serde_json::to_string_pretty(&shape_of(&value)).unwrap());
+    insta::assert_snapshot!("align_json", serde_json::to_string_pretty(&shape_of(&value)).unwrap());
     assert_eq!(value["target_from_source"][3], serde_json::json!([0.0, 0.0, 0.0, 1.0]));
 }
 
