@@ -1,4 +1,5 @@
 //! The stage commands, one after the other and against `align`.
+#![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use congruent_geometry::{RigidTransform, Scan, from_rows, mean_displacement};
 use congruent_io::{read_matches, read_npy, read_places, read_scan, write_ply};
