@@ -1,4 +1,5 @@
 //! The program as a user meets it: help, exit codes, JSON, bad files.
+#![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -81,7 +81,7 @@ pub(crate) fn pair_histograms(surface: &Surface, needed: &[bool], radius: f64) -
 
 /// Which of two points looks at their pair: each does so with half of its neighbours.
 fn is_first(i: usize, j: usize) -> bool {
-    (i < j) == ((i + j) % 2 == 0)
+    (i < j) == (i + j).is_multiple_of(2)
 }
 
 fn pair_bins(surface: &Surface, i: u32, j: u32) -> Option<[usize; 3]> {

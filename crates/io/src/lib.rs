@@ -1,4 +1,4 @@
-//! Scan files and poses: the only library of Congruent that opens files.
+//! Scan files, poses, and what the stages of the chain leave: the only library of Congruent that opens files.
 //!
 //! [`read_scan`] recognises a file by its content and returns its points, normals and triangles unchanged.
 //! [`write_ply`], [`write_pose`] and [`write_file`] put a whole file in place or leave everything as it was.
@@ -6,13 +6,21 @@
 
 mod error;
 mod format;
+mod npy;
 mod ply;
 mod pose;
 mod read;
+mod stages;
+mod table;
 mod write;
 
 pub use error::IoError;
+pub use npy::{Matrix, NpyFault, read_npy, write_npy};
 pub use ply::{PlyFault, write_ply};
 pub use pose::{PoseFault, read_pose, write_pose};
 pub use read::read_scan;
+pub use stages::{
+    KeypointRow, MatchRow, Place, PoseRow, keypoints_csv, matches_csv, places_csv, poses_csv, read_matches, read_places,
+};
+pub use table::TableFault;
 pub use write::write_file;

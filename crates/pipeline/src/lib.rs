@@ -1,7 +1,7 @@
 //! From two scans to one pose with a verdict: the chain of all stages.
 //!
-//! [`register`] reads like the method section of the paper; [`PipelineConfig`] is everything a user may say about it.
-//! Nothing here opens a file or prints.
+//! [`register`] reads like the method section of the paper, [`stages`] has each of its stages by itself, and
+//! [`PipelineConfig`] is everything a user may say about them. Nothing here opens a file or prints.
 
 mod chain;
 mod config;
@@ -12,6 +12,8 @@ mod ranking;
 mod register;
 mod registration;
 mod stage;
+pub mod stages;
+mod trace;
 mod verdict;
 
 pub use config::{
@@ -21,6 +23,7 @@ pub use config::{
 };
 pub use failure::Failure;
 pub use pair::Pair;
-pub use register::register;
+pub use register::{register, register_traced};
 pub use registration::{Agreement, Counts, Registration, Verdict};
 pub use stage::{Stage, StageTime};
+pub use trace::Trace;
