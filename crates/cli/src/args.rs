@@ -22,6 +22,8 @@ pub(crate) enum Command {
     Align(AlignArgs),
     /// Say what a scan file holds
     Inspect(InspectArgs),
+    /// Write a scan in another format
+    Convert(ConvertArgs),
     /// Show or check a configuration
     #[command(subcommand)]
     Config(ConfigCommand),
@@ -31,7 +33,7 @@ pub(crate) enum Command {
 
 #[derive(Debug, ClapArgs)]
 pub(crate) struct AlignArgs {
-    /// The scan to be moved (PLY: points or a mesh)
+    /// The scan to be moved: points or a mesh (PLY, OBJ, STL, OFF, PCD, XYZ/TXT/CSV, LAS/LAZ, E57)
     pub(crate) source: PathBuf,
     /// The scan that stays
     pub(crate) target: PathBuf,
@@ -72,6 +74,16 @@ pub(crate) struct InspectArgs {
     /// Print one JSON object instead of text
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct ConvertArgs {
+    /// The scan to be read, recognised by its content: PLY, OBJ, STL, OFF, PCD, XYZ/TXT/CSV, LAS/LAZ or E57
+    #[arg(value_name = "A")]
+    pub(crate) from: PathBuf,
+    /// The file to be written; its extension says which format
+    #[arg(value_name = "B")]
+    pub(crate) to: PathBuf,
 }
 
 #[derive(Debug, Subcommand)]

@@ -1,18 +1,30 @@
 //! Scan files and poses: the only library of Congruent that opens files.
 //!
 //! [`read_scan`] recognises a file by its content and returns its points, normals and triangles unchanged.
-//! [`write_ply`], [`write_pose`] and [`write_file`] put a whole file in place or leave everything as it was.
+//! [`write_scan`], [`write_ply`], [`write_pose`] and [`write_file`] put a whole file in place or leave everything as it was.
 //! Memory follows the size of a file, never a number in its header, and no content makes a reader panic.
 
+mod e57;
 mod error;
 mod format;
+mod las;
+mod obj;
+mod off;
+mod pcd;
 mod ply;
 mod pose;
 mod read;
+mod scan;
+mod stl;
+#[cfg(test)]
+mod tests;
+mod text;
 mod write;
+mod xyz;
 
 pub use error::IoError;
 pub use ply::{PlyFault, write_ply};
 pub use pose::{PoseFault, read_pose, write_pose};
 pub use read::read_scan;
+pub use scan::{Loss, Written, write_scan};
 pub use write::write_file;

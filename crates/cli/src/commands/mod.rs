@@ -2,6 +2,7 @@
 
 mod align;
 mod config;
+mod convert;
 mod demo;
 mod inspect;
 
@@ -16,6 +17,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
     match args.command {
         Command::Align(args) => align::run(&args),
         Command::Inspect(args) => inspect::run(&args),
+        Command::Convert(args) => convert::run(&args),
         Command::Config(command) => config::run(&command),
         Command::Demo(args) => demo::run(&args),
     }
