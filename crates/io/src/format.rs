@@ -33,16 +33,8 @@ pub(crate) enum Format {
 
 impl Format {
     /// From the surest first bytes to the least sure.
-    const BY_CONTENT: [Format; 8] = [
-        Format::Ply,
-        Format::Las,
-        Format::E57,
-        Format::Pcd,
-        Format::Off,
-        Format::Stl,
-        Format::Obj,
-        Format::Xyz,
-    ];
+    const BY_CONTENT: [Format; 8] =
+        [Format::Ply, Format::Las, Format::E57, Format::Pcd, Format::Off, Format::Stl, Format::Obj, Format::Xyz];
 
     /// Extensions of names, in small letters, and what they ask for.
     const BY_EXTENSION: [(&str, Format); 13] = [

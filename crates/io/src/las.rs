@@ -1,10 +1,13 @@
 //! LAS and LAZ, the formats of airborne laser scanning (ASPRS): whole numbers with a scale and an offset.
 //!
 //! `las` parses. It trusts counts and lengths with memory, so they are held against the size of the file before it
-//! sees them, and extended records, which say nothing about the points, are hidden from it.
+//! sees them, and extended records, which say nothing about the points, are hidden from it. A damaged LAZ stream cannot be
+//! told from a whole one but by decoding it, and the decoder may stop at a broken promise: there, and only there, a panic
+//! is caught and becomes an error.
 
 use congruent_geometry::RawScan;
 use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// A LAZ file with more points in a byte is refused: real ones need a byte or more a point, and a damaged count must
 /// not decide how much memory is taken.
@@ -37,13 +40,14 @@ pub(crate) fn read(file: &[u8]) -> Result<RawScan, String> {
     if header.point_format().is_compressed {
         check_compression(&header, &tidy)?;
     }
-    let promised = header.number_of_points();
+    let (promised, is_compressed) = (header.number_of_points(), header.point_format().is_compressed);
     let mut reader = las::Reader::new(Cursor::new(tidy)).map_err(|error| way_out("header", &error))?;
     let mut scan = RawScan::default();
     loop {
         let held = scan.points.len();
         let place = || format!("points {} to {}", held + 1, (held as u64 + BLOCK).min(promised));
-        let block = reader.read_points(BLOCK).map_err(|error| way_out(&place(), &error))?;
+        let block = if is_compressed { decoded(&mut reader) } else { reader.read_points(BLOCK).map_err(text_of) };
+        let block = block.map_err(|reason| way_out(&place(), &reason))?;
         if block.is_empty() {
             return Ok(scan);
         }
@@ -51,7 +55,19 @@ pub(crate) fn read(file: &[u8]) -> Result<RawScan, String> {
     }
 }
 
-fn way_out(place: &str, error: &las::Error) -> String {
+/// The next block of a LAZ file.
+fn decoded(reader: &mut las::Reader) -> Result<las::PointData, String> {
+    // The reader is not used again after a panic.
+    let block = catch_unwind(AssertUnwindSafe(|| reader.read_points(BLOCK)));
+    block.map_or_else(|_| Err("the compressed data make no sense".into()), |block| block.map_err(text_of))
+}
+
+#[expect(clippy::needless_pass_by_value, reason = "it is handed to map_err")]
+fn text_of(error: las::Error) -> String {
+    error.to_string()
+}
+
+fn way_out(place: &str, error: &dyn std::fmt::Display) -> String {
     format!("{place}: {error}; the file is damaged or cut short, copy or export it again")
 }
 
@@ -117,7 +133,10 @@ impl Grid {
         let bounds = [bounds(0), bounds(1), bounds(2)];
         let extent = bounds.iter().map(|(low, high)| high - low).fold(0.0, f64::max);
         let step = if extent > 0.0 { 10f64.powf((extent / STEPS).log10().ceil()) } else { 1e-9 };
-        Grid { step, origin: bounds.map(|(low, high)| if low <= high { (0.5 * low + 0.5 * high).round() } else { 0.0 }) }
+        Grid {
+            step,
+            origin: bounds.map(|(low, high)| if low <= high { (0.5 * low + 0.5 * high).round() } else { 0.0 }),
+        }
     }
 }
 

@@ -8,9 +8,8 @@ use congruent_geometry::RawScan;
 use std::fmt::Write;
 
 /// First words of lines that make a file an OBJ file, when there is a `v` among them.
-const WORDS: [&[u8]; 14] = [
-    b"v", b"vn", b"vt", b"vp", b"f", b"l", b"p", b"o", b"g", b"s", b"mtllib", b"usemtl", b"usemap", b"cstype",
-];
+const WORDS: [&[u8]; 14] =
+    [b"v", b"vn", b"vt", b"vp", b"f", b"l", b"p", b"o", b"g", b"s", b"mtllib", b"usemtl", b"usemap", b"cstype"];
 /// How many lines may come before the first vertex.
 const HEAD: usize = 1000;
 

@@ -38,7 +38,9 @@ pub(crate) fn read(file: &[u8]) -> Result<RawScan, String> {
     let [n_vertices, n_faces] = counts(rest, at)?;
 
     let ends = |what: &str, promised: usize, held: usize| {
-        format!("the header promises {promised} {what}, the file ends after {held}; it is cut short, copy or export it again")
+        format!(
+            "the header promises {promised} {what}, the file ends after {held}; it is cut short, copy or export it again"
+        )
     };
     let mut scan = RawScan { normals: has_normals.then(Vec::new), ..RawScan::default() };
     for held in 0..n_vertices {

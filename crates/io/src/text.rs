@@ -26,9 +26,8 @@ pub(crate) fn number(word: &[u8]) -> Option<f64> {
 
 /// The number a word is, or what is wrong with it.
 pub(crate) fn number_at(word: &[u8], line: usize) -> Result<f64, String> {
-    number(word).ok_or_else(|| {
-        format!("line {line}: `{}` is not a number; correct it or export the file again", excerpt(word))
-    })
+    number(word)
+        .ok_or_else(|| format!("line {line}: `{}` is not a number; correct it or export the file again", excerpt(word)))
 }
 
 /// The next three words as numbers.

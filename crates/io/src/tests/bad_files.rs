@@ -21,7 +21,11 @@ fn broken_texts_are_refused_with_their_line() {
     check("a.obj", b"v 0 0 0\nv 1 O 0\n", &["(OBJ)", "line 2", "`O`"]);
     check("a.obj", b"v 0 0 0\nv 1 0\n", &["line 2", "expected 3 numbers, found 2"]);
     for index in ["0", "2", "-2", "99999999999999999999", "x", "", "-9223372036854775808"] {
-        check("a.obj", format!("v 0 0 0\nf 1 {index}/1 1\n").as_bytes(), &["line 2", "vertex index", "valid are 1 to 1"]);
+        check(
+            "a.obj",
+            format!("v 0 0 0\nf 1 {index}/1 1\n").as_bytes(),
+            &["line 2", "vertex index", "valid are 1 to 1"],
+        );
         check("a.obj", format!("v 0 0 0\nvn 0 0 1\nf 1//1 1//{index}5 1\n").as_bytes(), &["line 3", "normal index"]);
     }
 
@@ -122,18 +126,22 @@ fn broken_e57_files_are_refused() {
 
 /// A file whose points take no bits.
 fn constant_e57() -> Vec<u8> {
-    use e57::{E57Writer, Record, RecordDataType, RecordName, RecordValue};
+    use e57::{E57Writer, Record, RecordValue};
     let mut file = Vec::new();
     let mut writer = E57Writer::new(std::io::Cursor::new(&mut file), "file").unwrap();
-    let fields = [RecordName::CartesianX, RecordName::CartesianY, RecordName::CartesianZ].map(|name| {
-        Record { name, data_type: RecordDataType::ScaledInteger { min: 5, max: 5, scale: 0.1, offset: 0.0 } }
-    });
-    let mut cloud = writer.add_pointcloud("scan", fields.to_vec()).unwrap();
+    let fields = vec![Record::CARTESIAN_X_F64, Record::CARTESIAN_Y_F64, Record::CARTESIAN_Z_F64];
+    let mut cloud = writer.add_pointcloud("scan", fields).unwrap();
     for _ in 0..3 {
-        cloud.add_point(vec![RecordValue::ScaledInteger(5); 3]).unwrap();
+        cloud.add_point(vec![RecordValue::Double(5.0); 3]).unwrap();
     }
     cloud.finalize().unwrap();
-    writer.finalize().unwrap();
+    let constant = |xml: String| {
+        let (start, bounds) = xml.split_once("<prototype").unwrap();
+        let (prototype, end) = bounds.split_once("</prototype>").unwrap();
+        let prototype = prototype.replace("type=\"Float\"", "type=\"ScaledInteger\" minimum=\"5\" maximum=\"5\"");
+        Ok(format!("{start}<prototype{prototype}</prototype>{end}"))
+    };
+    writer.finalize_customized_xml(constant).unwrap();
     drop(writer);
     file
 }

@@ -75,7 +75,8 @@ fn off_files_of_all_dialects_are_read() {
 /// Two triangles of text STL.
 fn facets() -> String {
     let facet = |corners: [usize; 3]| {
-        let vertices: String = corners.map(|i| format!("  vertex {:?} {:?} {:?}\n", SQUARE[i][0], SQUARE[i][1], SQUARE[i][2])).concat();
+        let vertices: String =
+            corners.map(|i| format!("  vertex {:?} {:?} {:?}\n", SQUARE[i][0], SQUARE[i][1], SQUARE[i][2])).concat();
         format!("facet normal 0 0 0\n outer loop\n{vertices} endloop\nendfacet\n")
     };
     facet([0, 1, 2]) + &facet([0, 2, 3])
@@ -104,11 +105,9 @@ fn pcd_files_of_other_writers_are_read() {
     let text = "VERSION .7\nCOLUMNS rgb x y z _ \nSIZE 4 4 4 4 1\nTYPE F F F F U\nCOUNT 1 1 1 1 3\nWIDTH 2\nHEIGHT 2\n\
                 POINTS 4\nDATA ascii\n1e-30 0 0 0 1 2 3\n0 1 0 0 1 2 3\n0 1 1 0 1 2 3\nnan 0 1 .5 1 2 3\n";
     assert_eq!(square(text).viewpoint, None);
-    for (told, expected) in [
-        ("0 0 0 1 0 0 0", None),
-        ("1 2 3 1 0 0 0", Some([1.0, 2.0, 3.0])),
-        ("0 0 0 0 1 0 0", Some([0.0; 3])),
-    ] {
+    for (told, expected) in
+        [("0 0 0 1 0 0 0", None), ("1 2 3 1 0 0 0", Some([1.0, 2.0, 3.0])), ("0 0 0 0 1 0 0", Some([0.0; 3]))]
+    {
         let text = text.replace("POINTS", &format!("VIEWPOINT {told}\nPOINTS"));
         assert_eq!(square(&format!("# by hand\n{text}")).viewpoint, expected);
     }
