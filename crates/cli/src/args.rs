@@ -1,6 +1,7 @@
 //! The command line.
 
 use clap::{Args as ClapArgs, Parser, Subcommand};
+use congruent_geometry::Length;
 use std::path::PathBuf;
 
 /// Registers raw 3D scans: two meshes or point clouds in, the pose that aligns them out.
@@ -20,6 +21,23 @@ pub(crate) struct Args {
 pub(crate) enum Command {
     /// Find the pose that maps SOURCE into the frame of TARGET
     Align(AlignArgs),
+    /// Find the points of SCAN that are worth describing (CSV)
+    ///
+    /// One scan has no partner: pr is its own resolution here, not the mean of two. --resolution says what pr is, and
+    /// --set sampling.voxel-grid.leaf=1.2u how the scan is thinned, where it must be as in a pair.
+    Keypoints(KeypointsArgs),
+    /// Describe SCAN around its keypoints (.npy, and .csv with the place of each row)
+    ///
+    /// One scan has no partner: pr is its own resolution here, not the mean of two. --resolution says what pr is, and
+    /// --set sampling.voxel-grid.leaf=1.2u how the scan is thinned, where it must be as in a pair.
+    Describe(DescribeArgs),
+    /// Match the descriptors of two scans (CSV, best first)
+    Match(MatchArgs),
+    /// Estimate the pose from a file of correspondences
+    ///
+    /// The best pose by the metric, and whether it has more inliers than chance explains. What align does with the whole
+    /// surfaces (ranking, refinement, escalation) is not done here.
+    Estimate(EstimateArgs),
     /// Say what a scan file holds
     Inspect(InspectArgs),
     /// Write a scan in another format
@@ -48,12 +66,94 @@ pub(crate) struct AlignArgs {
     /// Write the source in the target's frame, as PLY (only where the verdict is ok)
     #[arg(long, value_name = "FILE")]
     pub(crate) write_aligned: Option<PathBuf>,
+    /// Write what each stage left into DIR: keypoints, descriptors, matches, poses (docs/FILES.md)
+    #[arg(long, value_name = "DIR")]
+    pub(crate) save_stages: Option<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct KeypointsArgs {
+    /// The scan, in any format that align reads
+    pub(crate) scan: PathBuf,
+    /// Where to write x,y,z,response,index; stdout if not given
+    #[arg(short, long, value_name = "FILE.csv")]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) stage: StageArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct DescribeArgs {
+    /// The scan, in any format that align reads
+    pub(crate) scan: PathBuf,
+    /// Describe these places (columns x,y,z) and not those that the configured detector finds
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) keypoints: Option<PathBuf>,
+    /// Where to write the matrix; the places of its rows go beside it, into the same name with .csv
+    #[arg(short, long, value_name = "FILE.npy")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) stage: StageArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct MatchArgs {
+    /// Descriptors of the source, with the places of the rows beside them in .csv
+    #[arg(value_name = "SOURCE.npy")]
+    pub(crate) source: PathBuf,
+    /// Descriptors of the target
+    #[arg(value_name = "TARGET.npy")]
+    pub(crate) target: PathBuf,
+    /// Where to write the correspondences; stdout if not given
+    #[arg(short, long, value_name = "FILE.csv")]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct EstimateArgs {
+    /// Correspondences, best first: CSV of `congruent match`, lines `sx sy sz tx ty tz`, or pairs of point positions
+    pub(crate) matches: PathBuf,
+    /// The scan to be moved; for pairs of positions, and for all that needs the surfaces
+    #[arg(long, value_name = "SCAN", requires = "target")]
+    pub(crate) source: Option<PathBuf>,
+    /// The scan that stays
+    #[arg(long, value_name = "SCAN", requires = "source")]
+    pub(crate) target: Option<PathBuf>,
+    /// Print one JSON object instead of a summary
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Write the JSON object to FILE
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) stage: StageArgs,
+}
+
+/// What the commands take that run a stage by itself.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct StageArgs {
+    /// What pr means after sampling, in data units (0.6u); that of the named scans if not given
+    #[arg(long, value_name = "LENGTH", value_parser = data_units)]
+    pub(crate) resolution: Option<f64>,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+/// A length that does not need a resolution.
+fn data_units(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(Length::Units(units)) => Ok(units),
+        Ok(Length::Resolutions(_)) => Err("pr is what this option settles; write data units, as in 0.6u".to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
 }
 
 /// What every command that registers takes.
 #[derive(Debug, Default, ClapArgs)]
 pub(crate) struct RunArgs {
-    /// A TOML file, or the name of a preset (default, paper)
+    /// A TOML file, or the name of a preset (default, fast, paper)
     #[arg(short, long, value_name = "FILE")]
     pub(crate) config: Option<PathBuf>,
     /// Change one setting, for instance metric.mse.threshold=5pr or metric=inlier-count; may be repeated

@@ -7,8 +7,9 @@ use serde::Deserialize;
 use std::path::Path;
 
 /// The presets, as they are written in `configs/`.
-pub(crate) const PRESETS: [(&str, &str); 2] = [
+pub(crate) const PRESETS: [(&str, &str); 3] = [
     ("default", include_str!("../../../configs/default.toml")),
+    ("fast", include_str!("../../../configs/fast.toml")),
     ("paper", include_str!("../../../configs/paper.toml")),
 ];
 
@@ -65,7 +66,7 @@ pub(crate) fn parse(text: &str, name: &str) -> Result<PipelineConfig> {
 
 /// 1-based line and column of a byte offset.
 fn line_and_column(text: &str, at: usize) -> (usize, usize) {
-    let before = &text[..text.floor_char_boundary(at.min(text.len()))];
+    let before = text.get(..at).unwrap_or(text);
     (before.matches('\n').count() + 1, before.rsplit('\n').next().unwrap_or_default().chars().count() + 1)
 }
 

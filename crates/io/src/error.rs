@@ -1,6 +1,6 @@
 //! Why a file could not be read or written.
 
-use crate::{PlyFault, PoseFault};
+use crate::{NpyFault, PlyFault, PoseFault, TableFault};
 use std::io;
 use std::path::PathBuf;
 
@@ -85,6 +85,22 @@ pub enum IoError {
         path: PathBuf,
         /// What is wrong, and where.
         fault: PoseFault,
+    },
+    /// A table that is not the one asked for.
+    #[error("{}: {fault}", path.display())]
+    Table {
+        /// The file asked for.
+        path: PathBuf,
+        /// What is wrong, and where.
+        fault: TableFault,
+    },
+    /// A matrix that cannot be used.
+    #[error("{}: {fault}", path.display())]
+    Npy {
+        /// The file asked for.
+        path: PathBuf,
+        /// What is wrong, and where.
+        fault: NpyFault,
     },
     /// The operating system refused to write. No part of the file was put in place.
     #[error(

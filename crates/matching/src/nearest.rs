@@ -25,7 +25,7 @@ pub struct Candidate {
 #[must_use]
 pub fn nearest_k(queries: &Features, table: &Features, k: usize) -> Vec<Vec<Candidate>> {
     assert_eq!(queries.dim, table.dim, "descriptors of one kind");
-    if k == 0 || table.len() == 0 || queries.dim == 0 {
+    if k == 0 || table.is_empty() || queries.dim == 0 {
         return vec![Vec::new(); queries.len()];
     }
     let table_norms = squared_norms(table);

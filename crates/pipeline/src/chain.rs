@@ -2,22 +2,21 @@
 
 use crate::preparation::sample;
 use crate::ranking::{Ranked, Ranking};
+use crate::refining::refined;
 use crate::stage::Clock;
 use crate::verdict::{Evident, Judgement, Significance};
 use crate::{
-    Agreement, Counts, Failure, Pair, PipelineConfig, PointToPlaneConfig, RankingConfig, RefinementConfig, Signs, Stage,
+    Agreement, Counts, Failure, Pair, PipelineConfig, PointToPlaneConfig, RankingConfig, RefinementConfig, Signs,
+    Stage, Trace, stages,
 };
-use congruent_descriptors::{Features, LocalFrame};
-use congruent_estimators::{Distinctness, Hypothesis, optimise, sample as sample_hypotheses};
-use congruent_geometry::{NeighborIndex, Oriented, RigidTransform, Scan, Surface};
+use congruent_descriptors::Features;
+use congruent_estimators::Hypothesis;
+use congruent_geometry::{Oriented, RigidTransform, Scan, Surface};
+use congruent_keypoints::Keypoint;
 use congruent_matching::Correspondence;
-use congruent_metrics::{Clouds, Evidence, Metric};
+use congruent_metrics::Evidence;
 use congruent_refinement::Hold;
-use nalgebra::{Matrix3, Vector3};
-use rayon::prelude::*;
-
-/// Hypotheses that are optimised for each that is kept.
-const OPTIMISED_PER_KEPT: usize = 2;
+use nalgebra::Vector3;
 
 /// What one attempt came to.
 pub(crate) struct Answer {
@@ -51,118 +50,88 @@ pub(crate) struct Chain<'a, 'c> {
 }
 
 impl Chain<'_, '_> {
-    /// `None` where the attempt would only repeat an earlier one.
-    pub(crate) fn run(&mut self) -> Option<Result<Answer, Failure>> {
+    /// `None` where the attempt would only repeat an earlier one. What the stages make is left in `trace`.
+    pub(crate) fn run(&mut self, trace: &mut Trace) -> Option<Result<Answer, Failure>> {
         let prepared = match self.prepared() {
             Ok(prepared) => prepared?,
             Err(failure) => return Some(Err(failure)),
         };
-        Some(self.registered(&prepared))
+        let outcome = self.registered(&prepared, trace);
+        trace.surfaces = Some(prepared.surfaces);
+        Some(outcome)
     }
 
-    fn registered(&mut self, prepared: &Prepared) -> Result<Answer, Failure> {
+    fn registered(&mut self, prepared: &Prepared, trace: &mut Trace) -> Result<Answer, Failure> {
         let surfaces = &prepared.surfaces;
-        let keypoints = self.keypoints(surfaces);
-        let features = self.features(surfaces, &keypoints)?;
-        let evidence = self.evidence(surfaces, &features)?;
-        let pool = self.pool(surfaces, &evidence)?;
-        let chosen = self.chosen(prepared, &pool);
+        trace.keypoints = self.keypoints(surfaces);
+        trace.features = self.features(surfaces, &trace.keypoints);
+        trace.matches = self.matches(&trace.features)?;
+        let evidence = self.evidence(surfaces, &trace.matches)?;
+        trace.pool = self.pool(surfaces, &evidence)?;
+        let chosen = self.chosen(prepared, &trace.pool);
         Ok(self.judged(&chosen, surfaces, &evidence))
     }
 
     fn prepared(&mut self) -> Result<Option<Prepared>, Failure> {
         let (scans, config) = (self.scans, self.config);
-        let sampled = self.clock.time(Stage::Sampling, || sample(&scans, &config.sampling, config.normals.source))?;
+        let sampled = self
+            .clock
+            .time(Stage::Sampling, || sample(&[scans.source, scans.target], &config.sampling, config.normals.source))?;
         self.raw_resolution = sampled.raw_resolution;
         self.resolution = sampled.resolution;
         let resolution = self.resolution;
-        let (surfaces, oriented) = self
-            .clock
-            .time(Stage::Normals, || sampled.clouds.into_map(|cloud| cloud.into_surface(&config.normals, resolution)))
-            .unzip();
+        let both = self.clock.time(Stage::Normals, || stages::normals(sampled.clouds, config, resolution));
+        let (surfaces, oriented) = Pair::of_two(both).unzip();
         self.counts.points = scans.map(|scan| scan.points().len());
         self.counts.sampled = surfaces.map(Surface::len);
         Ok(Prepared { surfaces, oriented }.with_signs(self.signs))
     }
 
-    fn keypoints(&mut self, surfaces: &Pair<Surface>) -> Pair<Vec<u32>> {
-        let detector = self.config.detector.build(self.resolution);
-        let (support, resolution) = (&self.config.support, self.resolution);
-        let keypoints = self.clock.time(Stage::Keypoints, || {
-            surfaces.map(|surface| {
-                let found = support.apply(surface, &detector.detect(surface), resolution);
-                found.iter().map(|keypoint| keypoint.index).collect()
-            })
-        });
+    fn keypoints(&mut self, surfaces: &Pair<Surface>) -> Pair<Vec<Keypoint>> {
+        let (config, resolution) = (self.config, self.resolution);
+        let keypoints =
+            self.clock.time(Stage::Keypoints, || surfaces.map(|surface| stages::detect(surface, config, resolution)));
         self.counts.keypoints = keypoints.map(Vec::len);
         keypoints
     }
 
-    fn features(&mut self, surfaces: &Pair<Surface>, keypoints: &Pair<Vec<u32>>) -> Result<Pair<Features>, Failure> {
-        let descriptor = self.config.descriptor.build(self.resolution);
+    fn features(&mut self, surfaces: &Pair<Surface>, keypoints: &Pair<Vec<Keypoint>>) -> Pair<Features> {
+        let (config, resolution) = (self.config, self.resolution);
         let features = self.clock.time(Stage::Description, || {
-            surfaces
-                .as_ref()
-                .zip(keypoints.as_ref())
-                .map(|(surface, keypoints)| descriptor.describe(surface, keypoints))
+            surfaces.as_ref().zip(keypoints.as_ref()).map(|(surface, keypoints)| {
+                let points: Vec<u32> = keypoints.iter().map(|keypoint| keypoint.index).collect();
+                stages::describe(surface, &points, config, resolution)
+            })
         });
         self.counts.described = features.map(Features::len);
-        let fewest = self.counts.described.source.min(self.counts.described.target);
-        if fewest < 3 { Err(Failure::FewKeypoints { found: fewest }) } else { Ok(features) }
+        features
     }
 
-    fn evidence(&mut self, surfaces: &Pair<Surface>, features: &Pair<Features>) -> Result<Evidence, Failure> {
-        let matcher = self.config.matcher.build();
-        let matches = self.clock.time(Stage::Matching, || matcher.matches(&features.source, &features.target));
+    fn matches(&mut self, features: &Pair<Features>) -> Result<Vec<Correspondence>, Failure> {
+        let fewest = self.counts.described.source.min(self.counts.described.target);
+        if fewest < 3 {
+            return Err(Failure::FewKeypoints { found: fewest });
+        }
+        let config = self.config;
+        let matches = self.clock.time(Stage::Matching, || stages::match_features(features, config));
         self.counts.correspondences = matches.len();
+        Ok(matches)
+    }
+
+    fn evidence(&self, surfaces: &Pair<Surface>, matches: &[Correspondence]) -> Result<Evidence, Failure> {
         if matches.len() < 3 {
             return Err(Failure::FewMatches { kept: matches.len() });
         }
-        let Pair { source, target } = surfaces;
-        let points = |m: &Correspondence| (source.points()[m.source as usize], target.points()[m.target as usize]);
-        let normals = |m: &Correspondence| (source.normals()[m.source as usize], target.normals()[m.target as usize]);
-        let evidence = Evidence::new(matches.iter().map(points)).with_normals(matches.iter().map(normals).collect());
-        Ok(if self.config.estimator.needs_frames() {
-            evidence.with_frames(self.frames(surfaces, &matches))
-        } else {
-            evidence
-        })
-    }
-
-    /// Local reference frames at both ends of each match, where the surfaces have them.
-    fn frames(
-        &self,
-        surfaces: &Pair<Surface>,
-        matches: &[Correspondence],
-    ) -> Vec<Option<(Matrix3<f64>, Matrix3<f64>)>> {
-        let frames = self.config.frame.build(self.resolution);
-        let at = |surface: &Surface, point: u32| -> Option<LocalFrame> { frames.frame(surface, point) };
-        let both =
-            |m: &Correspondence| Some((at(&surfaces.source, m.source)?.axes, at(&surfaces.target, m.target)?.axes));
-        matches.par_iter().map(both).collect()
+        Ok(stages::evidence(surfaces, matches, self.config, self.resolution))
     }
 
     /// The best poses by the metric that are really different, optimised. At least one.
     fn pool(&mut self, surfaces: &Pair<Surface>, evidence: &Evidence) -> Result<Vec<Hypothesis>, Failure> {
         let (config, resolution) = (self.config, self.resolution);
-        let metric = config.metric.build(resolution, clouds(surfaces));
-        let (pool, trials) = self.clock.time(Stage::Estimation, || {
-            let generator = config.estimator.build(evidence, resolution, config.seed);
-            let trials = generator.trials();
-            let n = config.pool.poses;
-            if n <= 1 {
-                let best = sample_hypotheses(generator.as_ref(), metric.as_ref(), evidence, 1);
-                return (optimised(best, metric.as_ref(), evidence, config.pool.optimisation_rounds), trials);
-            }
-            let all = sample_hypotheses(generator.as_ref(), metric.as_ref(), evidence, usize::MAX);
-            let distinctness = Distinctness::new(surfaces.source.points(), config.pool.distinct.resolve(resolution));
-            let promising = distinctness.distinct(&all, OPTIMISED_PER_KEPT * n);
-            let better = optimised(promising, metric.as_ref(), evidence, config.pool.optimisation_rounds);
-            (distinctness.distinct(&better, n), trials)
-        });
-        self.counts.trials = trials;
-        self.counts.poses = pool.len();
-        if pool.is_empty() { Err(Failure::NoHypothesis) } else { Ok(pool) }
+        let pool = self.clock.time(Stage::Estimation, || stages::estimate(surfaces, evidence, config, resolution));
+        self.counts.trials = pool.trials;
+        self.counts.poses = pool.hypotheses.len();
+        if pool.hypotheses.is_empty() { Err(Failure::NoHypothesis) } else { Ok(pool.hypotheses) }
     }
 
     /// The pose that the surfaces prefer, refined.
@@ -185,8 +154,7 @@ impl Chain<'_, '_> {
         });
         let best = ranked[0];
         let refined = self.refined(&prepared.surfaces, &best.target_from_source);
-        let again = ranking.judge(&refined);
-        let kept = if again.score >= best.score { again } else { best };
+        let kept = ranking.judge(&refined);
         Chosen {
             target_from_source: kept.target_from_source,
             ranked: Some(kept),
@@ -194,14 +162,11 @@ impl Chain<'_, '_> {
         }
     }
 
-    /// The source as it came, on the sampled target.
+    /// The scans as they came, on each other.
     fn refined(&mut self, surfaces: &Pair<Surface>, pose: &RigidTransform) -> RigidTransform {
         let RefinementConfig::PointToPlane(config) = &self.config.refinement else { return *pose };
-        let icp = config.build(self.resolution);
-        self.clock.time(Stage::Refinement, || {
-            icp.refine(&surfaces.source, &surfaces.target, surfaces.target.index() as &NeighborIndex, pose)
-                .target_from_source
-        })
+        let (scans, resolution) = (self.scans, self.resolution);
+        self.clock.time(Stage::Refinement, || refined(&scans, surfaces, config, resolution, pose))
     }
 
     /// How firmly the surfaces hold the pose where they touch.
@@ -212,7 +177,7 @@ impl Chain<'_, '_> {
 
     fn judged(&mut self, chosen: &Chosen, surfaces: &Pair<Surface>, evidence: &Evidence) -> Answer {
         let (config, resolution) = (self.config, self.resolution);
-        let metric = config.metric.build(resolution, clouds(surfaces));
+        let metric = config.metric.build(resolution, stages::clouds(surfaces));
         let pose = &chosen.target_from_source;
         let threshold = config.verdict.inlier_threshold();
         let trials = self.counts.trials;
@@ -230,10 +195,6 @@ impl Chain<'_, '_> {
             judgement,
         }
     }
-}
-
-fn clouds(surfaces: &Pair<Surface>) -> Clouds<'_> {
-    Clouds { source: &surfaces.source, target: &surfaces.target }
 }
 
 /// The pose that an attempt settled on.
@@ -266,20 +227,4 @@ impl Prepared {
     fn trusted_viewpoints(&self) -> Pair<Option<Vector3<f64>>> {
         self.oriented.map(|oriented| oriented.viewpoint.filter(|_| oriented.sure))
     }
-}
-
-/// Fits each pose to all that agree with it; best first.
-fn optimised(hypotheses: Vec<Hypothesis>, metric: &dyn Metric, evidence: &Evidence, rounds: usize) -> Vec<Hypothesis> {
-    if rounds == 0 {
-        return hypotheses;
-    }
-    let mut better: Vec<Hypothesis> = hypotheses
-        .into_par_iter()
-        .map(|h| {
-            let (target_from_source, score) = optimise(&h.target_from_source, metric, evidence, rounds);
-            Hypothesis { target_from_source, score, ..h }
-        })
-        .collect();
-    better.sort_by(|a, b| b.score.cmp(&a.score).then(a.trial.cmp(&b.trial)));
-    better
 }

@@ -1,7 +1,7 @@
 //! From two scans to one pose with a verdict: the chain of all stages.
 //!
-//! [`register`] reads like the method section of the paper; [`PipelineConfig`] is everything a user may say about it.
-//! Nothing here opens a file or prints.
+//! [`register`] reads like the method section of the paper, [`stages`] has each of its stages by itself, and
+//! [`PipelineConfig`] is everything a user may say about them. Nothing here opens a file or prints.
 
 mod chain;
 mod config;
@@ -9,9 +9,12 @@ mod failure;
 mod pair;
 mod preparation;
 mod ranking;
+mod refining;
 mod register;
 mod registration;
 mod stage;
+pub mod stages;
+mod trace;
 mod verdict;
 
 pub use config::{
@@ -21,6 +24,7 @@ pub use config::{
 };
 pub use failure::Failure;
 pub use pair::Pair;
-pub use register::register;
+pub use register::{register, register_traced};
 pub use registration::{Agreement, Counts, Registration, Verdict};
 pub use stage::{Stage, StageTime};
+pub use trace::Trace;

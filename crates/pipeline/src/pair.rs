@@ -29,6 +29,16 @@ impl<T> Pair<T> {
         Pair { source, target }
     }
 
+    /// The two that a list holds.
+    ///
+    /// # Panics
+    /// For a list of any other length.
+    #[must_use]
+    pub fn of_two(list: Vec<T>) -> Pair<T> {
+        let [source, target]: [T; 2] = list.try_into().ok().expect("a list of two");
+        Pair { source, target }
+    }
+
     /// Both by reference.
     pub fn as_ref(&self) -> Pair<&T> {
         Pair { source: &self.source, target: &self.target }
@@ -55,13 +65,5 @@ impl<T, E> Pair<Result<T, E>> {
     /// The source's error, else the target's.
     pub fn both(self) -> Result<Pair<T>, E> {
         Ok(Pair { source: self.source?, target: self.target? })
-    }
-}
-
-impl Pair<f64> {
-    /// The arithmetic mean.
-    #[must_use]
-    pub fn mean(self) -> f64 {
-        f64::midpoint(self.source, self.target)
     }
 }

@@ -1,12 +1,13 @@
 //! From a scan to a surface: thinned, with normals.
 
 use crate::config::{BudgetConfig, NeighborhoodConfig};
-use crate::{Failure, NormalSource, NormalsConfig, Pair, SamplingConfig};
+use crate::{Failure, NormalSource, NormalsConfig, SamplingConfig};
 use congruent_geometry::{
     NeighborIndex, Neighborhood, Oriented, Point, Sample, Scan, Surface, estimate_normals, orient, resolution,
     resolution_at, vertex_normals, voxel_centroids,
 };
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
 /// Fewest neighbours that a normal is estimated from, where a radius finds fewer.
 const MIN_NEIGHBORS: usize = 6;
@@ -17,9 +18,9 @@ const MIN_GROWTH: f64 = 1.02;
 /// … and by this share of what would be enough if the scan were an even sheet.
 const CAUTION: f64 = 0.97;
 
-/// Two thinned scans and the lengths that go with them, data units.
+/// Thinned scans and the lengths that go with them, data units.
 pub(crate) struct Sampled {
-    pub(crate) clouds: Pair<Cloud>,
+    pub(crate) clouds: Vec<Cloud>,
     /// Mean resolution of the scans as they came.
     pub(crate) raw_resolution: f64,
     /// What `pr` means from here on.
@@ -34,30 +35,41 @@ pub(crate) struct Cloud {
     resolution: f64,
 }
 
-/// Thins both scans with the same grid.
-pub(crate) fn sample(scans: &Pair<&Scan>, config: &SamplingConfig, normals: NormalSource) -> Result<Sampled, Failure> {
+/// Thins all scans with the same grid.
+pub(crate) fn sample(scans: &[&Scan], config: &SamplingConfig, normals: NormalSource) -> Result<Sampled, Failure> {
     // The paper's chain measures every point; a budget only needs to know where to start.
     let queries = if matches!(config, SamplingConfig::Budget(_)) { ESTIMATE_AT } else { usize::MAX };
-    let raw_resolution = scans.map(|scan| raw_resolution(scan, queries)).mean();
-    let given = scans.map(|scan| match normals {
+    let raw_resolution = mean(&each(scans, |scan| raw_resolution(scan, queries)));
+    let given = each(scans, |scan| match normals {
         NormalSource::Estimated => None,
         NormalSource::Given => given_normals(scan),
     });
-    let thin = |leaf: f64| {
-        scans.zip(given.as_ref()).map(|(scan, given)| voxel_centroids(scan.points(), given.as_deref(), leaf))
-    };
+    let with_normals: Vec<(&Scan, Option<Vec<Point>>)> = scans.iter().copied().zip(given).collect();
+    let thin = |leaf: f64| each(&with_normals, |(scan, given)| voxel_centroids(scan.points(), given.as_deref(), leaf));
     let (samples, unit) = match config {
-        SamplingConfig::None {} => (whole(scans, given.clone()), None),
+        SamplingConfig::None {} => (each(&with_normals, |(scan, given)| whole(scan, given.clone())), None),
         SamplingConfig::VoxelGrid(grid) => (thin(grid.leaf.resolve(raw_resolution)), None),
         SamplingConfig::Budget(budget) => {
             let (samples, leaf) = within_budget(budget, raw_resolution, thin);
             (samples, Some(leaf / 2.0))
         }
     };
-    let origins = scans.map(|scan| *scan.origin());
-    let clouds = samples.zip(origins).into_map(|(sample, origin)| Cloud::new(sample, origin, queries)).both()?;
-    let resolution = unit.unwrap_or_else(|| clouds.map(|cloud| cloud.resolution).mean());
+    let origins = scans.iter().map(|scan| *scan.origin());
+    let parts: Vec<(Sample, Vector3<f64>)> = samples.into_iter().zip(origins).collect();
+    let clouds: Vec<_> = parts.into_par_iter().map(|(sample, origin)| Cloud::new(sample, origin, queries)).collect();
+    // The first failure, not the one that happened first.
+    let clouds = clouds.into_iter().collect::<Result<Vec<Cloud>, Failure>>()?;
+    let resolution = unit.unwrap_or_else(|| mean(&clouds.iter().map(|cloud| cloud.resolution).collect::<Vec<_>>()));
     Ok(Sampled { clouds, raw_resolution, resolution })
+}
+
+/// The same work for all, side by side where there are threads.
+fn each<T: Sync, U: Send>(all: &[T], work: impl Fn(&T) -> U + Sync) -> Vec<U> {
+    all.par_iter().map(&work).collect()
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
 }
 
 fn raw_resolution(scan: &Scan, queries: usize) -> f64 {
@@ -69,20 +81,16 @@ fn raw_resolution(scan: &Scan, queries: usize) -> f64 {
     measured.expect("a scan has three distinct points").mean
 }
 
-fn whole(scans: &Pair<&Scan>, normals: Pair<Option<Vec<Point>>>) -> Pair<Sample> {
-    scans.zip(normals).into_map(|(scan, normals)| Sample { points: scan.points().to_vec(), normals })
+fn whole(scan: &Scan, normals: Option<Vec<Point>>) -> Sample {
+    Sample { points: scan.points().to_vec(), normals }
 }
 
 /// Enlarges the grid until it leaves few enough points; the samples and the side of a cell.
-fn within_budget(
-    budget: &BudgetConfig,
-    raw_resolution: f64,
-    thin: impl Fn(f64) -> Pair<Sample>,
-) -> (Pair<Sample>, f64) {
+fn within_budget(budget: &BudgetConfig, raw_resolution: f64, thin: impl Fn(f64) -> Vec<Sample>) -> (Vec<Sample>, f64) {
     let mut leaf = budget.leaf.resolve(raw_resolution);
     loop {
         let samples = thin(leaf);
-        let points = samples.map(|sample| sample.points.len() as f64).mean();
+        let points = mean(&samples.iter().map(|sample| sample.points.len() as f64).collect::<Vec<_>>());
         let excess = points / budget.max_points.max(3) as f64;
         if excess <= 1.0 {
             return (samples, leaf);

@@ -116,5 +116,5 @@ impl<'a> Ranking<'a> {
 
 /// Best first; equal scores keep the order of the pool.
 fn sort(ranked: &mut [Ranked]) {
-    ranked.sort_by(|a, b| b.score.cmp(&a.score));
+    ranked.sort_by_key(|r| std::cmp::Reverse(r.score));
 }

@@ -4,7 +4,7 @@ use crate::chain::{Answer, Chain};
 use crate::stage::Clock;
 use crate::{
     Counts, EscalationStep, Failure, Pair, PipelineConfig, RankingConfig, Registration, SamplingConfig, Signs, Stage,
-    Verdict,
+    Trace, Verdict,
 };
 use congruent_geometry::{RigidTransform, Scan, uncentred};
 
@@ -14,6 +14,17 @@ use congruent_geometry::{RigidTransform, Scan, uncentred};
 /// on rayon's current pool. A pair that cannot be registered is an answer too, with the reason in its verdict.
 #[must_use]
 pub fn register(source: &Scan, target: &Scan, config: &PipelineConfig, observe: &dyn Fn(Stage)) -> Registration {
+    register_traced(source, target, config, observe).0
+}
+
+/// The same, with what the stages of the attempt that gave the answer have left.
+#[must_use]
+pub fn register_traced(
+    source: &Scan,
+    target: &Scan,
+    config: &PipelineConfig,
+    observe: &dyn Fn(Stage),
+) -> (Registration, Trace) {
     let scans = Pair { source, target };
     let mut clock = Clock::new(observe);
     let mut best =
@@ -27,7 +38,8 @@ pub fn register(source: &Scan, target: &Scan, config: &PipelineConfig, observe: 
             best = best.or(another);
         }
     }
-    best.registration(&scans, clock)
+    let trace = std::mem::take(&mut best.trace);
+    (best.registration(&scans, clock), trace)
 }
 
 /// What an attempt left.
@@ -36,14 +48,17 @@ struct Attempt {
     counts: Counts,
     raw_resolution: f64,
     resolution: f64,
+    trace: Trace,
 }
 
 /// One run of the chain; `None` where it would only repeat an earlier one.
 fn attempt(scans: &Pair<&Scan>, config: &PipelineConfig, signs: Signs, clock: &mut Clock<'_>) -> Option<Attempt> {
     let counts = Counts { points: scans.map(|scan| scan.points().len()), ..Counts::default() };
     let mut chain = Chain { scans: *scans, config, signs, clock, counts, raw_resolution: 0.0, resolution: 0.0 };
-    let outcome = chain.run()?;
-    Some(Attempt { outcome, counts: chain.counts, raw_resolution: chain.raw_resolution, resolution: chain.resolution })
+    let mut trace = Trace::default();
+    let outcome = chain.run(&mut trace)?;
+    let Chain { counts, raw_resolution, resolution, .. } = chain;
+    Some(Attempt { outcome, counts, raw_resolution, resolution, trace })
 }
 
 impl Attempt {
@@ -100,12 +115,17 @@ impl Attempt {
 impl EscalationStep {
     fn applied(&self, config: &PipelineConfig) -> PipelineConfig {
         let mut harder = config.clone();
-        harder.pool.poses = self.poses;
-        if let SamplingConfig::Budget(budget) = &mut harder.sampling {
-            budget.max_points = self.max_points;
+        if let Some(poses) = self.poses {
+            harder.pool.poses = poses;
         }
-        if let RankingConfig::Dense(dense) = &mut harder.ranking {
-            dense.refined = self.refined;
+        if let (SamplingConfig::Budget(budget), Some(max_points)) = (&mut harder.sampling, self.max_points) {
+            budget.max_points = max_points;
+        }
+        if let (RankingConfig::Dense(dense), Some(refined)) = (&mut harder.ranking, self.refined) {
+            dense.refined = refined;
+        }
+        if let Some(descriptor) = &self.descriptor {
+            harder.descriptor = descriptor.clone();
         }
         harder
     }

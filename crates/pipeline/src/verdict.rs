@@ -42,7 +42,7 @@ impl Significance {
     }
 
     /// Confidence, one half at the border, and doubt.
-    fn judge(&self, config: &AContrarioConfig) -> (f64, Option<Failure>) {
+    pub(crate) fn judge(&self, config: &AContrarioConfig) -> (f64, Option<Failure>) {
         let margin = config.max_false_alarms.log10() - self.log10_false_alarms;
         let doubt = (margin <= 0.0).then_some(Failure::NotSignificant {
             inliers: self.inliers,

@@ -1,4 +1,5 @@
 //! The whole chain on simulated scans: right where it can be, honest where it cannot, and the same every time.
+#![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use congruent_descriptors::{DescriptorConfig, ShotConfig};
 use congruent_estimators::{EstimatorConfig, RansacConfig};

@@ -42,6 +42,8 @@ pub struct Refinement {
     pub information: Matrix6<f64>,
     /// Weighted root mean square of the point-to-plane distances, data units.
     pub residual: f64,
+    /// Sum of the robust weights: how much of the surface touches, the closer the more.
+    pub support: f64,
     /// How firmly the pairs hold the pose.
     pub hold: Hold,
 }
@@ -186,7 +188,14 @@ impl Sums {
         } else {
             Hold::new(&self.information, self.weight, &middle, spread).with_noise(self.disagreement / self.weight)
         };
-        Refinement { target_from_source: pose, n_pairs: self.n_pairs, information: self.information, residual, hold }
+        Refinement {
+            target_from_source: pose,
+            n_pairs: self.n_pairs,
+            information: self.information,
+            residual,
+            support: self.weight,
+            hold,
+        }
     }
 }
 

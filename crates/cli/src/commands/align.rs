@@ -1,5 +1,6 @@
 //! `congruent align`: two scans in, one pose out.
 
+use super::stages::save;
 use super::{Loaded, load, on_threads};
 use crate::args::{AlignArgs, RunArgs};
 use crate::progress::Progress;
@@ -8,17 +9,21 @@ use crate::{configuration, output};
 use anyhow::Result;
 use congruent_geometry::{RawScan, RigidTransform};
 use congruent_io::{write_file, write_ply, write_pose};
-use congruent_pipeline::{Pair, Registration, Verdict, register};
+use congruent_pipeline::{Pair, Registration, Trace, Verdict, register_traced};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 /// The verdict is `failed` or `ambiguous`.
-const NOT_REGISTERED: u8 = 1;
+pub(super) const NOT_REGISTERED: u8 = 1;
 
 pub(super) fn run(args: &AlignArgs) -> Result<ExitCode> {
     let files = Pair { source: args.source.as_path(), target: args.target.as_path() };
-    let aligned = align(files, &args.run)?;
+    let mut aligned = align(files, &args.run)?;
+    if let Some(directory) = &args.save_stages {
+        let trace = std::mem::take(&mut aligned.trace);
+        save(directory, trace, aligned.scans.as_ref().into_map(|loaded| &loaded.scan))?;
+    }
     if args.json {
         output::data(&aligned.report.json());
     } else {
@@ -40,6 +45,7 @@ pub(super) fn run(args: &AlignArgs) -> Result<ExitCode> {
 pub(super) struct Aligned {
     pub(super) scans: Pair<Loaded>,
     pub(super) registration: Registration,
+    pub(super) trace: Trace,
     pub(super) report: Report,
 }
 
@@ -56,17 +62,17 @@ impl Aligned {
 pub(super) fn align(files: Pair<&Path>, run: &RunArgs) -> Result<Aligned> {
     let config = configuration::resolve(run)?;
     let start = Instant::now();
-    let (scans, registration, reading) =
-        on_threads(run.threads, || -> Result<(Pair<Loaded>, Registration, Duration)> {
+    let (scans, (registration, trace), reading) =
+        on_threads(run.threads, || -> Result<(Pair<Loaded>, (Registration, Trace), Duration)> {
             let scans = files.map(|path| load(path)).both()?;
             let reading = start.elapsed();
             let progress = Progress::new();
             let registration =
-                register(&scans.source.scan, &scans.target.scan, &config, &|stage| progress.enter(stage));
+                register_traced(&scans.source.scan, &scans.target.scan, &config, &|stage| progress.enter(stage));
             Ok((scans, registration, reading))
         })??;
     let report = Report::new(files, &config, &registration, reading, start.elapsed());
-    Ok(Aligned { scans, registration, report })
+    Ok(Aligned { scans, registration, trace, report })
 }
 
 /// JSON, or the matrix alone where the name asks for it.

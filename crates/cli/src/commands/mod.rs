@@ -4,7 +4,12 @@ mod align;
 mod config;
 mod convert;
 mod demo;
+mod describe;
+mod estimate;
 mod inspect;
+mod keypoints;
+mod matching;
+mod stages;
 
 use crate::args::{Args, Command};
 use anyhow::{Context, Result};
@@ -16,6 +21,10 @@ use std::process::ExitCode;
 pub(crate) fn run(args: Args) -> Result<ExitCode> {
     match args.command {
         Command::Align(args) => align::run(&args),
+        Command::Keypoints(args) => keypoints::run(&args),
+        Command::Describe(args) => describe::run(&args),
+        Command::Match(args) => matching::run(&args),
+        Command::Estimate(args) => estimate::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Convert(args) => convert::run(&args),
         Command::Config(command) => config::run(&command),

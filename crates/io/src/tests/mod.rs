@@ -20,9 +20,7 @@ fn sheet() -> RawScan {
     let cells = (0..4).flat_map(|row| (0..5).map(move |column| 6 * row + column));
     RawScan {
         points: (0..5).flat_map(|row| (0..6).map(move |column| at(row, column))).collect(),
-        normals: Some(
-            (0..30).map(|i: u8| [0.6, if i % 2 == 0 { 0.0 } else { 0.8 }, 0.8 * f32::from(1 - i % 2)]).collect(),
-        ),
+        normals: Some((0..30).map(|i: u8| [0.6, 0.8 * f32::from(i % 2), 0.8 * f32::from(1 - i % 2)]).collect()),
         triangles: cells.flat_map(|i: u32| [[i, i + 1, i + 7], [i, i + 7, i + 6]]).collect(),
         viewpoint: Some([1000.5, -1999.5, 50.25]),
     }

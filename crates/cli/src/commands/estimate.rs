@@ -1,0 +1,206 @@
+//! `congruent estimate`: a pose from correspondences, whoever made them.
+
+use super::align::NOT_REGISTERED;
+use super::stages::centred;
+use super::{Loaded, load, on_threads};
+use crate::args::EstimateArgs;
+use crate::{configuration, output};
+use anyhow::{Context, Result, anyhow, bail};
+use congruent_geometry::{NeighborIndex, Point, RawScan, Surface, to_rows, uncentred};
+use congruent_io::{Place, read_matches, write_file};
+use congruent_matching::Correspondence;
+use congruent_metrics::{Evidence, MetricConfig};
+use congruent_pipeline::stages::{Prepared, estimate, evidence, evidence_near, prepare, test_against_chance};
+use congruent_pipeline::{Failure, Pair, PipelineConfig};
+use nalgebra::Vector3;
+use serde::Serialize;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// The verdict and the compatibility graph compare all correspondences with all: more would take hours and gigabytes.
+const MOST_MATCHES: usize = 50_000;
+
+/// What `estimate --json` prints: the fields that `align --json` has under the same names.
+#[derive(Serialize)]
+struct Report {
+    version: &'static str,
+    matches: String,
+    target_from_source: Option<[[f64; 4]; 4]>,
+    verdict: &'static str,
+    reason: Option<String>,
+    confidence: f64,
+    score: Option<f64>,
+    log10_false_alarms: Option<f64>,
+    counts: Counts,
+    /// What `pr` meant, data units.
+    resolution: f64,
+    seed: u64,
+}
+
+#[derive(Default, Serialize)]
+struct Counts {
+    correspondences: usize,
+    trials: u64,
+    poses: usize,
+    inliers: usize,
+}
+
+pub(super) fn run(args: &EstimateArgs) -> Result<ExitCode> {
+    let config = configuration::resolve(&args.stage.run)?;
+    let report = on_threads(args.stage.run.threads, || -> Result<_> {
+        let scans = match (&args.source, &args.target) {
+            (Some(source), Some(target)) => Some(Pair { source, target }.map(|path| load(path)).both()?),
+            _ => None,
+        };
+        let raw: Option<[&RawScan; 2]> = scans.as_ref().map(|pair| [&pair.source.raw, &pair.target.raw]);
+        let pairs = read_matches(&args.matches, raw)?;
+        let named = || args.matches.display().to_string();
+        if pairs.len() > MOST_MATCHES {
+            bail!("{}: holds {} correspondences; keep the best {MOST_MATCHES}", named(), pairs.len());
+        }
+        let input = match &scans {
+            Some(scans) => Input::on_scans(&pairs, scans, &config, args.stage.resolution),
+            None => Input::alone(&pairs, &config, args.stage.resolution),
+        }
+        .with_context(named)?;
+        Ok(input.report(&args.matches, &config))
+    })??;
+    let json = serde_json::to_string_pretty(&report).context("the result cannot be written as JSON")?;
+    output::data(&if args.json { json.clone() } else { report.summary() });
+    if let Some(path) = &args.output {
+        write_file(path, format!("{json}\n").as_bytes())?;
+    }
+    Ok(if report.verdict == "ok" { ExitCode::SUCCESS } else { ExitCode::from(NOT_REGISTERED) })
+}
+
+/// What the stage works on.
+struct Input {
+    surfaces: Pair<Surface>,
+    evidence: Evidence,
+    origins: Pair<Vector3<f64>>,
+    resolution: f64,
+}
+
+impl Input {
+    /// With the scans, their surfaces lend normals, frames, and the resolution.
+    fn on_scans(
+        pairs: &[[Place; 2]],
+        scans: &Pair<Loaded>,
+        config: &PipelineConfig,
+        resolution: Option<f64>,
+    ) -> Result<Input> {
+        let Prepared { surfaces, resolution, .. } =
+            prepare(&[&scans.source.scan, &scans.target.scan], config, resolution)?;
+        let surfaces = Pair::of_two(surfaces);
+        let origins = scans.as_ref().into_map(|loaded| *loaded.scan.origin());
+        let evidence = evidence_near(&surfaces, &centred_pairs(pairs, &origins)?, config, resolution);
+        Ok(Input { surfaces, evidence, origins, resolution })
+    }
+
+    /// Without them, the matched points are all there is.
+    fn alone(pairs: &[[Place; 2]], config: &PipelineConfig, resolution: Option<f64>) -> Result<Input> {
+        let Some(resolution) = resolution else {
+            bail!("what pr means is unknown; say --resolution 0.6u, or name the scans with --source and --target");
+        };
+        if config.estimator.needs_frames() {
+            bail!(
+                "the configured estimator needs reference frames; name the scans with --source and --target, or --set estimator=ransac"
+            );
+        }
+        if needs_surfaces(&config.metric) {
+            bail!(
+                "the configured metric looks at the whole scans; name them with --source and --target, or --set metric=mse"
+            );
+        }
+        let origins = Pair { source: middle(pairs, 0), target: middle(pairs, 1) };
+        let centred = centred_pairs(pairs, &origins)?;
+        let surface = |side: usize, points: Vec<Point>| {
+            let normals = pairs.iter().map(|pair| pair[side].normal.unwrap_or_default()).collect();
+            let index = NeighborIndex::new(&points);
+            Surface::new(points, normals, index, resolution)
+        };
+        let (source, target) = centred.into_iter().unzip();
+        let surfaces = Pair { source: surface(0, source), target: surface(1, target) };
+        let each_with_its_own = |i: u32| Correspondence { source: i, target: i, distance: 0.0, score: 0.0 };
+        let matches: Vec<Correspondence> = (0..).take(pairs.len()).map(each_with_its_own).collect();
+        let evidence = evidence(&surfaces, &matches, config, resolution);
+        Ok(Input { surfaces, evidence, origins, resolution })
+    }
+
+    fn report(&self, matches: &Path, config: &PipelineConfig) -> Report {
+        let Input { surfaces, evidence, origins, resolution } = self;
+        let mut report = Report {
+            version: env!("CARGO_PKG_VERSION"),
+            matches: matches.display().to_string(),
+            target_from_source: None,
+            verdict: "failed",
+            reason: None,
+            confidence: 0.0,
+            score: None,
+            log10_false_alarms: None,
+            counts: Counts { correspondences: evidence.len(), ..Counts::default() },
+            resolution: *resolution,
+            seed: config.seed,
+        };
+        if evidence.len() < 3 {
+            report.reason = Some(Failure::FewMatches { kept: evidence.len() }.to_string());
+            return report;
+        }
+        let pool = estimate(surfaces, evidence, config, *resolution);
+        report.counts = Counts { trials: pool.trials, poses: pool.hypotheses.len(), ..report.counts };
+        let Some(best) = pool.hypotheses.first() else {
+            report.reason = Some(Failure::NoHypothesis.to_string());
+            return report;
+        };
+        let test = test_against_chance(&best.target_from_source, evidence, pool.trials, config, *resolution);
+        let pose = uncentred(&best.target_from_source, &origins.source, &origins.target);
+        report.target_from_source = Some(to_rows(&pose));
+        report.score = Some(best.score.value());
+        report.confidence = test.confidence;
+        report.log10_false_alarms = Some(test.log10_false_alarms);
+        report.counts.inliers = test.inliers;
+        report.verdict = if test.doubt.is_none() { "ok" } else { "failed" };
+        report.reason = test.doubt.map(|doubt| doubt.to_string());
+        report
+    }
+}
+
+impl Report {
+    /// For people.
+    fn summary(&self) -> String {
+        let mut lines = vec![format!("verdict          {} (confidence {:.3})", self.verdict, self.confidence)];
+        lines.extend(self.reason.iter().map(|reason| format!("reason           {reason}")));
+        let Counts { correspondences, inliers, .. } = self.counts;
+        lines.push(format!("correspondences  {correspondences}, {inliers} of them inliers"));
+        for row in self.target_from_source.iter().flatten() {
+            lines.push(row.map(|v| format!("{v:>14.6}")).join(" "));
+        }
+        lines.join("\n")
+    }
+}
+
+fn centred_pairs(pairs: &[[Place; 2]], origins: &Pair<Vector3<f64>>) -> Result<Vec<(Point, Point)>> {
+    let both = |[p, q]: &[Place; 2]| Some((centred(&p.at, &origins.source)?, centred(&q.at, &origins.target)?));
+    let too_far = |(i, [p, q]): (usize, &[Place; 2])| {
+        anyhow!(
+            "correspondence {} (counted from 1), {:?} to {:?}, is too far from the others or from the scan; correct or remove it",
+            i + 1,
+            p.at,
+            q.at
+        )
+    };
+    pairs.iter().enumerate().map(|(i, pair)| both(pair).ok_or_else(|| too_far((i, pair)))).collect()
+}
+
+/// Middle of the bounding box of one side of the matches; zero for none.
+fn middle(pairs: &[[Place; 2]], side: usize) -> Vector3<f64> {
+    let mut places = pairs.iter().map(|pair| Vector3::from(pair[side].at));
+    let Some(first) = places.next() else { return Vector3::zeros() };
+    let (low, high) = places.fold((first, first), |(low, high), p| (low.inf(&p), high.sup(&p)));
+    low * 0.5 + high * 0.5
+}
+
+/// Whether a metric measures the scans and not the correspondences.
+fn needs_surfaces(metric: &MetricConfig) -> bool {
+    matches!(metric, MetricConfig::PointDistance(_) | MetricConfig::OverlappedPoints(_) | MetricConfig::SoftOverlap(_))
+}

@@ -1,0 +1,20 @@
+//! `congruent keypoints`: where a scan is worth describing.
+
+use super::on_threads;
+use super::stages::{Single, keypoint_rows, put};
+use crate::args::KeypointsArgs;
+use crate::configuration;
+use anyhow::Result;
+use congruent_io::keypoints_csv;
+use congruent_pipeline::stages::detect;
+use std::process::ExitCode;
+
+pub(super) fn run(args: &KeypointsArgs) -> Result<ExitCode> {
+    let config = configuration::resolve(&args.stage.run)?;
+    let rows = on_threads(args.stage.run.threads, || -> Result<_> {
+        let Single { scan, surface, resolution } = Single::load(&args.scan, &args.stage, &config)?;
+        Ok(keypoint_rows(&surface, &detect(&surface, &config, resolution), scan.origin()))
+    })??;
+    put(args.output.as_deref(), &keypoints_csv(&rows))?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,202 @@
+//! Each stage of the chain by itself, for those who look at one, swap it, or feed it from elsewhere.
+//!
+//! [`register`](crate::register) runs these very functions one after the other. `resolution` is what `pr` means, data
+//! units. Scans and surfaces are centred; [`Scan::origin`] leads back to file coordinates.
+
+use crate::preparation::{Cloud, Sampled, sample};
+use crate::verdict::Significance;
+use crate::{AContrarioConfig, Failure, Pair, PipelineConfig, VerdictConfig};
+use congruent_descriptors::{Features, LocalFrame};
+use congruent_estimators::{Distinctness, Hypothesis, optimise, sample as sample_hypotheses};
+use congruent_geometry::{Oriented, Point, RigidTransform, Scan, Surface};
+use congruent_keypoints::Keypoint;
+use congruent_matching::Correspondence;
+use congruent_metrics::{Clouds, Evidence, Metric};
+use rayon::prelude::*;
+
+/// Hypotheses that are optimised for each that is kept.
+const OPTIMISED_PER_KEPT: usize = 2;
+
+/// Scans, thinned and with normals.
+pub struct Prepared {
+    /// Sampled points with normals, in the order of the scans.
+    pub surfaces: Vec<Surface>,
+    /// Mean resolution of the scans as they came, data units.
+    pub raw_resolution: f64,
+    /// What `pr` means from here on, data units.
+    pub resolution: f64,
+}
+
+/// Thins scans with one grid and adds normals. Lengths refer to all scans together, so a scan that is prepared alone has
+/// another `pr` than the same scan in a pair, unless `resolution` (data units) says what it is.
+///
+/// # Errors
+/// The grid leaves too few points of a scan.
+///
+/// # Panics
+/// For no scans.
+pub fn prepare(scans: &[&Scan], config: &PipelineConfig, resolution: Option<f64>) -> Result<Prepared, Failure> {
+    let Sampled { clouds, raw_resolution, resolution: own } = sample(scans, &config.sampling, config.normals.source)?;
+    let resolution = resolution.unwrap_or(own);
+    let surfaces = normals(clouds, config, resolution).into_iter().map(|(surface, _)| surface).collect();
+    Ok(Prepared { surfaces, raw_resolution, resolution })
+}
+
+/// Adds normals to sampled clouds.
+pub(crate) fn normals(clouds: Vec<Cloud>, config: &PipelineConfig, resolution: f64) -> Vec<(Surface, Oriented)> {
+    clouds.into_par_iter().map(|cloud| cloud.into_surface(&config.normals, resolution)).collect()
+}
+
+/// Finds the points that are worth describing.
+#[must_use]
+pub fn detect(surface: &Surface, config: &PipelineConfig, resolution: f64) -> Vec<Keypoint> {
+    let found = config.detector.build(resolution).detect(surface);
+    config.support.apply(surface, &found, resolution)
+}
+
+/// Describes surface points; those that cannot be described have no row.
+#[must_use]
+pub fn describe(surface: &Surface, points: &[u32], config: &PipelineConfig, resolution: f64) -> Features {
+    config.descriptor.build(resolution).describe(surface, points)
+}
+
+/// Pairs rows of the source with rows of the target, best first.
+///
+/// # Panics
+/// When the two have rows of different length.
+#[must_use]
+pub fn match_features(features: &Pair<Features>, config: &PipelineConfig) -> Vec<Correspondence> {
+    config.matcher.build().matches(&features.source, &features.target)
+}
+
+/// What poses are judged by: the matched points with their normals, and their frames where the estimator needs them.
+#[must_use]
+pub fn evidence(
+    surfaces: &Pair<Surface>,
+    matches: &[Correspondence],
+    config: &PipelineConfig,
+    resolution: f64,
+) -> Evidence {
+    let Pair { source, target } = surfaces;
+    let points = matches.iter().map(|m| (source.points()[m.source as usize], target.points()[m.target as usize]));
+    let ends = matches.iter().map(|m| [m.source, m.target]).collect::<Vec<_>>();
+    with_surroundings(Evidence::new(points), surfaces, &ends, config, resolution)
+}
+
+/// The same for pairs of points that need not be points of the surfaces: normals and frames are those of the nearest.
+///
+/// # Panics
+/// When a surface has no points.
+#[must_use]
+pub fn evidence_near(
+    surfaces: &Pair<Surface>,
+    pairs: &[(Point, Point)],
+    config: &PipelineConfig,
+    resolution: f64,
+) -> Evidence {
+    let nearest = |surface: &Surface, point| surface.index().nearest(point).expect("a surface with points").index;
+    let ends: Vec<_> =
+        pairs.par_iter().map(|(p, q)| [nearest(&surfaces.source, p), nearest(&surfaces.target, q)]).collect();
+    with_surroundings(Evidence::new(pairs.iter().copied()), surfaces, &ends, config, resolution)
+}
+
+/// Adds what the surfaces know around both ends of each pair.
+fn with_surroundings(
+    evidence: Evidence,
+    surfaces: &Pair<Surface>,
+    ends: &[[u32; 2]],
+    config: &PipelineConfig,
+    resolution: f64,
+) -> Evidence {
+    let Pair { source, target } = surfaces;
+    let normals = ends.iter().map(|[p, q]| (source.normals()[*p as usize], target.normals()[*q as usize]));
+    let evidence = evidence.with_normals(normals.collect());
+    if !config.estimator.needs_frames() {
+        return evidence;
+    }
+    let frames = config.frame.build(resolution);
+    let at = |surface: &Surface, point: u32| -> Option<LocalFrame> { frames.frame(surface, point) };
+    let both = |[p, q]: &[u32; 2]| Some((at(source, *p)?.axes, at(target, *q)?.axes));
+    evidence.with_frames(ends.par_iter().map(both).collect())
+}
+
+/// The poses that outlive the correspondences.
+#[derive(Clone, Debug, Default)]
+pub struct Pool {
+    /// Best first by the metric, all really different. Between the centred clouds.
+    pub hypotheses: Vec<Hypothesis>,
+    /// Poses that were to be proposed.
+    pub trials: u64,
+}
+
+/// Proposes poses, scores them by the metric, and keeps the best that are really different, optimised.
+#[must_use]
+pub fn estimate(surfaces: &Pair<Surface>, evidence: &Evidence, config: &PipelineConfig, resolution: f64) -> Pool {
+    let metric = config.metric.build(resolution, clouds(surfaces));
+    let generator = config.estimator.build(evidence, resolution, config.seed);
+    let trials = generator.trials();
+    let rounds = config.pool.optimisation_rounds;
+    let n = config.pool.poses;
+    if n <= 1 {
+        let best = sample_hypotheses(generator.as_ref(), metric.as_ref(), evidence, 1);
+        return Pool { hypotheses: optimised(best, metric.as_ref(), evidence, rounds), trials };
+    }
+    let all = sample_hypotheses(generator.as_ref(), metric.as_ref(), evidence, usize::MAX);
+    let distinctness = Distinctness::new(surfaces.source.points(), config.pool.distinct.resolve(resolution));
+    let promising = distinctness.distinct(&all, OPTIMISED_PER_KEPT * n);
+    let better = optimised(promising, metric.as_ref(), evidence, rounds);
+    Pool { hypotheses: distinctness.distinct(&better, n), trials }
+}
+
+/// Fits each pose to all that agree with it; best first.
+fn optimised(hypotheses: Vec<Hypothesis>, metric: &dyn Metric, evidence: &Evidence, rounds: usize) -> Vec<Hypothesis> {
+    if rounds == 0 {
+        return hypotheses;
+    }
+    let mut better: Vec<Hypothesis> = hypotheses
+        .into_par_iter()
+        .map(|h| {
+            let (target_from_source, score) = optimise(&h.target_from_source, metric, evidence, rounds);
+            Hypothesis { target_from_source, score, ..h }
+        })
+        .collect();
+    better.sort_by(|a, b| b.score.cmp(&a.score).then(a.trial.cmp(&b.trial)));
+    better
+}
+
+pub(crate) fn clouds(surfaces: &Pair<Surface>) -> Clouds<'_> {
+    Clouds { source: &surfaces.source, target: &surfaces.target }
+}
+
+/// What the a-contrario test says of a pose.
+#[derive(Clone, Debug)]
+pub struct ChanceTest {
+    /// Correspondences that are inliers of the pose.
+    pub inliers: usize,
+    /// Decimal logarithm of the number of random poses that would have as many.
+    pub log10_false_alarms: f64,
+    /// 0 to 1, one half at the border.
+    pub confidence: f64,
+    /// Why the pose is not believed, where it is not.
+    pub doubt: Option<Failure>,
+}
+
+/// Tests whether a pose, the best of `trials`, has more inliers than chance explains. Where the configured verdict is
+/// another one than `a-contrario`, that one's defaults are used.
+#[must_use]
+pub fn test_against_chance(
+    pose: &RigidTransform,
+    evidence: &Evidence,
+    trials: u64,
+    config: &PipelineConfig,
+    resolution: f64,
+) -> ChanceTest {
+    let test = match &config.verdict {
+        VerdictConfig::AContrario(test) => test.clone(),
+        VerdictConfig::Dense(_) => AContrarioConfig::default(),
+    };
+    let significance = Significance::of(pose, evidence, test.inlier_threshold.resolve(resolution), trials);
+    let (confidence, doubt) = significance.judge(&test);
+    let Significance { inliers, log10_false_alarms, .. } = significance;
+    ChanceTest { inliers, log10_false_alarms, confidence, doubt }
+}
