@@ -1,4 +1,5 @@
 //! Every scan format through the program.
+#![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use congruent_geometry::{RawScan, RigidTransform, Scan, from_rows, mean_displacement, uncentred};
 use congruent_simulation::pair::{PairOptions, figurine_pair};
