@@ -188,9 +188,9 @@ pub(crate) struct ConvertArgs {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum ConfigCommand {
-    /// Print a preset with its explanations
+    /// Print a preset with its explanations, or every member of every family
     Show {
-        /// Which one
+        /// default, fast, paper, or members
         #[arg(default_value = "default")]
         preset: String,
     },
