@@ -40,6 +40,8 @@ pub(crate) enum Command {
     Estimate(EstimateArgs),
     /// Say what a scan file holds
     Inspect(InspectArgs),
+    /// Write a scan in another format
+    Convert(ConvertArgs),
     /// Show or check a configuration
     #[command(subcommand)]
     Config(ConfigCommand),
@@ -49,7 +51,7 @@ pub(crate) enum Command {
 
 #[derive(Debug, ClapArgs)]
 pub(crate) struct AlignArgs {
-    /// The scan to be moved (PLY: points or a mesh)
+    /// The scan to be moved: points or a mesh (PLY, OBJ, STL, OFF, PCD, XYZ/TXT/CSV, LAS/LAZ, E57)
     pub(crate) source: PathBuf,
     /// The scan that stays
     pub(crate) target: PathBuf,
@@ -71,7 +73,7 @@ pub(crate) struct AlignArgs {
 
 #[derive(Debug, ClapArgs)]
 pub(crate) struct KeypointsArgs {
-    /// The scan (PLY)
+    /// The scan, in any format that align reads
     pub(crate) scan: PathBuf,
     /// Where to write x,y,z,response,index; stdout if not given
     #[arg(short, long, value_name = "FILE.csv")]
@@ -82,7 +84,7 @@ pub(crate) struct KeypointsArgs {
 
 #[derive(Debug, ClapArgs)]
 pub(crate) struct DescribeArgs {
-    /// The scan (PLY)
+    /// The scan, in any format that align reads
     pub(crate) scan: PathBuf,
     /// Describe these places (columns x,y,z) and not those that the configured detector finds
     #[arg(long, value_name = "FILE.csv")]
@@ -172,6 +174,16 @@ pub(crate) struct InspectArgs {
     /// Print one JSON object instead of text
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct ConvertArgs {
+    /// The scan to be read, recognised by its content: PLY, OBJ, STL, OFF, PCD, XYZ/TXT/CSV, LAS/LAZ or E57
+    #[arg(value_name = "A")]
+    pub(crate) from: PathBuf,
+    /// The file to be written; its extension says which format
+    #[arg(value_name = "B")]
+    pub(crate) to: PathBuf,
 }
 
 #[derive(Debug, Subcommand)]

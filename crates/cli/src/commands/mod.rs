@@ -2,6 +2,7 @@
 
 mod align;
 mod config;
+mod convert;
 mod demo;
 mod describe;
 mod estimate;
@@ -25,6 +26,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Match(args) => matching::run(&args),
         Command::Estimate(args) => estimate::run(&args),
         Command::Inspect(args) => inspect::run(&args),
+        Command::Convert(args) => convert::run(&args),
         Command::Config(command) => config::run(&command),
         Command::Demo(args) => demo::run(&args),
     }
