@@ -32,16 +32,14 @@ pub(crate) struct Answer {
 }
 
 /// A surface and how its normals were oriented.
-struct Prepared {
-    surfaces: Pair<Surface>,
-    oriented: Pair<Oriented>,
+pub(crate) struct Prepared {
+    pub(crate) surfaces: Pair<Surface>,
+    pub(crate) oriented: Pair<Oriented>,
 }
 
 /// One attempt and what it has noted so far.
 pub(crate) struct Chain<'a, 'c> {
-    pub(crate) scans: Pair<&'a Scan>,
     pub(crate) config: &'a PipelineConfig,
-    pub(crate) signs: Signs,
     pub(crate) clock: &'a mut Clock<'c>,
     pub(crate) counts: Counts,
     pub(crate) raw_resolution: f64,
@@ -50,8 +48,13 @@ pub(crate) struct Chain<'a, 'c> {
 
 impl Chain<'_, '_> {
     /// `None` where the attempt would only repeat an earlier one. What the stages make is left in `trace`.
-    pub(crate) fn run(&mut self, trace: &mut Trace) -> Option<Result<Answer, Failure>> {
-        let prepared = match self.prepared() {
+    pub(crate) fn run(
+        &mut self,
+        scans: &Pair<&Scan>,
+        signs: Signs,
+        trace: &mut Trace,
+    ) -> Option<Result<Answer, Failure>> {
+        let prepared = match self.prepared(scans, signs) {
             Ok(prepared) => prepared?,
             Err(failure) => return Some(Err(failure)),
         };
@@ -64,6 +67,12 @@ impl Chain<'_, '_> {
         let surfaces = &prepared.surfaces;
         trace.keypoints = self.keypoints(surfaces);
         trace.features = self.features(surfaces, &trace.keypoints);
+        self.answered(prepared, trace)
+    }
+
+    /// From descriptors, which are in the trace, to an answer.
+    pub(crate) fn answered(&mut self, prepared: &Prepared, trace: &mut Trace) -> Result<Answer, Failure> {
+        let surfaces = &prepared.surfaces;
         trace.matches = self.matches(&trace.features)?;
         let evidence = self.evidence(surfaces, &trace.matches)?;
         trace.pool = self.pool(surfaces, &evidence)?;
@@ -71,8 +80,8 @@ impl Chain<'_, '_> {
         Ok(self.judged(&chosen, surfaces, &evidence))
     }
 
-    fn prepared(&mut self) -> Result<Option<Prepared>, Failure> {
-        let (scans, config) = (self.scans, self.config);
+    fn prepared(&mut self, scans: &Pair<&Scan>, signs: Signs) -> Result<Option<Prepared>, Failure> {
+        let config = self.config;
         let sampled = self
             .clock
             .time(Stage::Sampling, || sample(&[scans.source, scans.target], &config.sampling, config.normals.source))?;
@@ -83,7 +92,7 @@ impl Chain<'_, '_> {
         let (surfaces, oriented) = Pair::of_two(both).unzip();
         self.counts.points = scans.map(|scan| scan.points().len());
         self.counts.sampled = surfaces.map(Surface::len);
-        Ok(Prepared { surfaces, oriented }.with_signs(self.signs))
+        Ok(Prepared { surfaces, oriented }.with_signs(signs))
     }
 
     fn keypoints(&mut self, surfaces: &Pair<Surface>) -> Pair<Vec<Keypoint>> {
@@ -211,23 +220,24 @@ pub(crate) struct Chosen {
 impl Prepared {
     /// With the signs that an attempt asks for; nothing where there is nothing to turn.
     fn with_signs(self, signs: Signs) -> Option<Prepared> {
-        match signs {
-            Signs::Kept => Some(self),
-            Signs::Other if self.oriented.source.sure && self.oriented.target.sure => None,
-            Signs::Other => {
-                let Prepared { surfaces: Pair { source, target }, oriented } = self;
-                // One scan is enough: what counts is whether the two agree.
-                let surfaces = if oriented.source.sure {
-                    Pair { source, target: target.flipped() }
-                } else {
-                    Pair { source: source.flipped(), target }
-                };
-                Some(Prepared { surfaces, oriented })
-            }
-        }
+        let turned = signs.turned(&self.oriented)?;
+        let turn = |(surface, turned): (Surface, bool)| if turned { surface.flipped() } else { surface };
+        Some(Prepared { surfaces: self.surfaces.zip(turned).into_map(turn), oriented: self.oriented })
     }
 
     fn trusted_viewpoints(&self) -> Pair<Option<Vector3<f64>>> {
         self.oriented.map(|oriented| oriented.viewpoint.filter(|_| oriented.sure))
+    }
+}
+
+impl Signs {
+    /// On which scan the normals are turned; nothing where there is nothing to turn.
+    pub(crate) fn turned(self, oriented: &Pair<Oriented>) -> Option<Pair<bool>> {
+        match self {
+            Signs::Kept => Some(Pair { source: false, target: false }),
+            Signs::Other if oriented.source.sure && oriented.target.sure => None,
+            // One scan is enough: what counts is whether the two agree.
+            Signs::Other => Some(Pair { source: !oriented.source.sure, target: oriented.source.sure }),
+        }
     }
 }
