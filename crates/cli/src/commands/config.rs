@@ -1,13 +1,21 @@
 //! `congruent config`: presets shown, files checked.
 
 use crate::args::ConfigCommand;
+use crate::layers::{self, Sources};
 use crate::{configuration, output};
 use anyhow::Result;
 use std::process::ExitCode;
 
 pub(super) fn run(command: &ConfigCommand) -> Result<ExitCode> {
     match command {
-        ConfigCommand::Show { preset } => output::data(configuration::preset(preset)?.trim_end()),
+        ConfigCommand::Show { preset, explain: false, .. } => {
+            output::data(configuration::preset(preset)?.trim_end());
+        }
+        ConfigCommand::Show { preset, explain: true, folder, config, set, seed } => {
+            let (folder, file) = (folder.as_deref(), config.as_deref());
+            let sources = Sources { preset: Some(preset), folder, file, set, seed: *seed };
+            output::data(&layers::resolve(&sources)?.explained()?);
+        }
         ConfigCommand::Check { file } => {
             configuration::read(file)?;
             output::data(&format!("{}: ok", file.display()));
