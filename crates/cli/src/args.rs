@@ -84,7 +84,7 @@ pub(crate) struct AlignArgs {
 pub(crate) struct BatchArgs {
     /// A folder of scans, a table of pairs (.csv, .jsonl), or a folder with pairs.csv and scans/
     pub(crate) input: PathBuf,
-    /// Where to write results.jsonl, results.csv, run.json and congruent.toml
+    /// Where to write results.jsonl, results.csv, run.json and configuration.toml
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
     /// Which pairs of a folder; all, or those of its pairs.csv, if not given

@@ -85,7 +85,7 @@ fn every_pair_has_a_row_and_shards_and_threads_change_nothing() {
     assert_eq!(merged.status.code(), Some(1), "{}", stderr(&merged));
     assert_eq!(rows(&at("merged")), rows_of_whole);
     assert_eq!(table(&at("merged")), table(&at("whole")));
-    for name in ["run.json", "congruent.toml"] {
+    for name in ["run.json", "configuration.toml"] {
         assert_eq!(std::fs::read(at("merged").join(name)).unwrap(), std::fs::read(at("whole").join(name)).unwrap());
     }
     let lacking = congruent(&["merge", &merge[3], "-o", at("lacking").to_str().unwrap()]);
@@ -160,5 +160,7 @@ fn config_show_explains_where_a_setting_comes_from() {
         ends("seed = 11", "congruent.toml") && ends("support.min-points = 4", "--set support.min-points=4"),
         "{text}"
     );
-    assert!(ends("sampling.voxel-grid.leaf", "preset paper") && ends("frame.", "default"), "{text}");
+    assert!(ends("sampling.voxel-grid.leaf", "preset paper"), "{text}");
+    let plain = congruent(&["config", "show", "--explain"]);
+    assert!(String::from_utf8(plain.stdout).unwrap().lines().all(|line| line.ends_with("# default")));
 }

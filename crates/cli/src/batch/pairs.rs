@@ -84,7 +84,8 @@ pub(super) fn sorted(mut jobs: Vec<Job>) -> Result<Vec<Job>> {
 pub(super) fn natural(name: &str) -> Vec<(String, u64)> {
     let mut parts = vec![(String::new(), 0u64)];
     let mut in_number = false;
-    for c in name.chars() {
+    // Without the ending, so that `scan` comes before `scan1`.
+    for c in name.rsplit_once('.').map_or(name, |(stem, _)| stem).chars() {
         let last = parts.last_mut().expect("there is always a part");
         if let Some(digit) = c.to_digit(10) {
             last.1 = last.1.saturating_mul(10).saturating_add(u64::from(digit));

@@ -24,8 +24,8 @@ const ROWS: &str = "results.jsonl";
 const TABLE: &str = "results.csv";
 /// What the rows depend on.
 const RUN: &str = "run.json";
-/// The settings, all of them.
-const CONFIGURATION: &str = "congruent.toml";
+/// The settings, all of them. Not `congruent.toml`: results may be put beside the scans.
+const CONFIGURATION: &str = "configuration.toml";
 
 /// What the rows of a folder depend on: `run.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -12,8 +12,10 @@ pub(super) fn run(command: &ConfigCommand) -> Result<ExitCode> {
             output::data(configuration::preset(preset)?.trim_end());
         }
         ConfigCommand::Show { preset, explain: true, folder, config, set, seed } => {
+            // The preset of that name is what holds anyway.
+            let preset = Some(preset.as_str()).filter(|name| *name != "default");
             let (folder, file) = (folder.as_deref(), config.as_deref());
-            let sources = Sources { preset: Some(preset), folder, file, set, seed: *seed };
+            let sources = Sources { preset, folder, file, set, seed: *seed };
             output::data(&layers::resolve(&sources)?.explained()?);
         }
         ConfigCommand::Check { file } => {
