@@ -1,6 +1,7 @@
 //! From TOML and `--set` to a configuration, with errors that name the place and the nearest valid name.
 
 use crate::args::RunArgs;
+use crate::layers::{self, Sources};
 use anyhow::{Context, Result, anyhow, bail};
 use congruent_pipeline::PipelineConfig;
 use serde::Deserialize;
@@ -30,30 +31,29 @@ pub(crate) fn preset(name: &str) -> Result<&'static str> {
 
 /// The configuration that the command line describes.
 pub(crate) fn resolve(args: &RunArgs) -> Result<PipelineConfig> {
-    let mut config = match &args.config {
-        None => PipelineConfig::default(),
-        Some(path) => read(path)?,
-    };
-    for assignment in &args.set {
-        config = assigned(&config, assignment).with_context(|| format!("--set {assignment}"))?;
-    }
-    if let Some(seed) = args.seed {
-        config.seed = seed;
-    }
-    Ok(config)
+    Ok(layers::resolve(&Sources::of_run(args, None))?.config)
+}
+
+/// The preset that a path names, where there is no such file.
+pub(crate) fn named_preset(path: &Path) -> Option<&'static str> {
+    let name = path.to_string_lossy();
+    PRESETS.iter().find(|p| p.0 == name && !path.exists()).map(|p| p.0)
 }
 
 /// Reads a file, or takes the preset of that name where there is no such file.
 pub(crate) fn read(path: &Path) -> Result<PipelineConfig> {
-    let name = path.to_string_lossy();
-    if !path.exists() && PRESETS.iter().any(|p| p.0 == name) {
-        return parse(preset(&name)?, &format!("preset {name}"));
+    match named_preset(path) {
+        Some(name) => parse(preset(name)?, &format!("preset {name}")),
+        None => parse(&readable(path)?, &path.display().to_string()),
     }
-    let text = std::fs::read_to_string(path).map_err(|error| {
+}
+
+/// The text of a configuration file.
+pub(crate) fn readable(path: &Path) -> Result<String> {
+    std::fs::read_to_string(path).map_err(|error| {
         let names = PRESETS.map(|p| p.0).join(", ");
-        anyhow!("{name}: cannot read the configuration: {error}; name a TOML file or a preset ({names})")
-    })?;
-    parse(&text, &name)
+        anyhow!("{}: cannot read the configuration: {error}; name a TOML file or a preset ({names})", path.display())
+    })
 }
 
 /// Parses TOML; `name` is what errors call it.
@@ -74,7 +74,7 @@ fn line_and_column(text: &str, at: usize) -> (usize, usize) {
 }
 
 /// The configuration with one `key.path=value` applied.
-fn assigned(config: &PipelineConfig, assignment: &str) -> Result<PipelineConfig> {
+pub(crate) fn assigned(config: &PipelineConfig, assignment: &str) -> Result<PipelineConfig> {
     let Some((path, value)) = assignment.split_once('=') else {
         bail!("write KEY=VALUE, for instance metric.mse.threshold=5pr");
     };

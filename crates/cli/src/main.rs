@@ -1,11 +1,14 @@
 //! The program `congruent`: registers raw 3D scans.
 //!
-//! Exit codes: 0 done, 1 the pair could not be registered (the verdict says why), 2 bad input or configuration.
+//! Exit codes: 0 done, 1 the pair could not be registered (the verdict says why) or some pair of a batch has no verdict,
+//! 2 bad input or configuration, 130 a batch was interrupted.
 //! Results go to stdout, everything for the eye to stderr.
 
 mod args;
+mod batch;
 mod commands;
 mod configuration;
+mod layers;
 mod output;
 mod picture;
 mod progress;

@@ -2,7 +2,7 @@
 
 use congruent_geometry::{Length, to_rows};
 use congruent_pipeline::{Pair, PipelineConfig, Registration, Verdict};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
@@ -56,16 +56,33 @@ struct Agreement {
     disagreeing: f64,
 }
 
-#[derive(Debug, Serialize)]
-struct Counts {
-    points: [usize; 2],
-    sampled: [usize; 2],
-    keypoints: [usize; 2],
-    described: [usize; 2],
-    correspondences: usize,
-    trials: u64,
-    poses: usize,
-    inliers: usize,
+/// The source's and the target's, where there are two.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Counts {
+    pub(crate) points: [usize; 2],
+    pub(crate) sampled: [usize; 2],
+    pub(crate) keypoints: [usize; 2],
+    pub(crate) described: [usize; 2],
+    pub(crate) correspondences: usize,
+    pub(crate) trials: u64,
+    pub(crate) poses: usize,
+    pub(crate) inliers: usize,
+}
+
+impl From<&congruent_pipeline::Counts> for Counts {
+    fn from(counts: &congruent_pipeline::Counts) -> Self {
+        let two = |pair: Pair<usize>| [pair.source, pair.target];
+        Counts {
+            points: two(counts.points),
+            sampled: two(counts.sampled),
+            keypoints: two(counts.keypoints),
+            described: two(counts.described),
+            correspondences: counts.correspondences,
+            trials: counts.trials,
+            poses: counts.poses,
+            inliers: counts.inliers,
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -82,21 +99,7 @@ impl Report {
         reading: Duration,
         total: Duration,
     ) -> Self {
-        let (verdict, reason) = match &registration.verdict {
-            Verdict::Ok => ("ok", None),
-            Verdict::Ambiguous => {
-                let others = registration.alternatives.len();
-                (
-                    "ambiguous",
-                    Some(format!(
-                        "{others} really different poses fit nearly as well: the scene is symmetric or repeats itself; an initial guess or more overlap would tell them apart"
-                    )),
-                )
-            }
-            Verdict::Failed(failure) => ("failed", Some(failure.to_string())),
-        };
-        let counts = &registration.counts;
-        let two = |pair: Pair<usize>| [pair.source, pair.target];
+        let (verdict, reason) = verdict_words(registration);
         let mut timings: BTreeMap<_, _> =
             registration.timings.iter().map(|t| (t.stage.name(), t.time.as_secs_f64())).collect();
         timings.insert("reading", reading.as_secs_f64());
@@ -126,16 +129,7 @@ impl Report {
                 occlusion: a.occlusion,
                 disagreeing: a.disagreeing,
             }),
-            counts: Counts {
-                points: two(counts.points),
-                sampled: two(counts.sampled),
-                keypoints: two(counts.keypoints),
-                described: two(counts.described),
-                correspondences: counts.correspondences,
-                trials: counts.trials,
-                poses: counts.poses,
-                inliers: counts.inliers,
-            },
+            counts: Counts::from(&registration.counts),
             resolution: Resolution { raw: registration.raw_resolution, sampled: registration.resolution },
             lengths: resolved_lengths(config, registration),
             seed: config.seed,
@@ -198,6 +192,21 @@ impl Report {
             }
         }
         text.trim_end().to_owned()
+    }
+}
+
+/// The verdict in a word, and why it is not `ok`.
+pub(crate) fn verdict_words(registration: &Registration) -> (&'static str, Option<String>) {
+    match &registration.verdict {
+        Verdict::Ok => ("ok", None),
+        Verdict::Ambiguous => {
+            let others = registration.alternatives.len();
+            let reason = format!(
+                "{others} really different poses fit nearly as well: the scene is symmetric or repeats itself; an initial guess or more overlap would tell them apart"
+            );
+            ("ambiguous", Some(reason))
+        }
+        Verdict::Failed(failure) => ("failed", Some(failure.to_string())),
     }
 }
 

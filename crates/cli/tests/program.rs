@@ -33,6 +33,8 @@ fn help_is_as_it_was() {
     for command in [
         vec!["--help"],
         vec!["align", "--help"],
+        vec!["batch", "--help"],
+        vec!["merge", "--help"],
         vec!["inspect", "--help"],
         vec!["convert", "--help"],
         vec!["config", "--help"],

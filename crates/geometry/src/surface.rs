@@ -1,15 +1,17 @@
 //! Points that carry all a detector or descriptor needs.
 
 use crate::{NeighborIndex, Point};
+use std::sync::Arc;
 
 /// Points with unit normals, a neighbour index and the resolution. Holding one proves that they exist.
 ///
 /// A normal may be zero where the neighbourhood has none (a line, a lone point); everything that reads normals skips
-/// those.
+/// those. A clone shares the parts.
+#[derive(Clone)]
 pub struct Surface {
-    points: Vec<Point>,
-    normals: Vec<Point>,
-    index: NeighborIndex,
+    points: Arc<[Point]>,
+    normals: Arc<[Point]>,
+    index: Arc<NeighborIndex>,
     resolution: f64,
 }
 
@@ -25,7 +27,7 @@ impl Surface {
             "points, normals and index belong together"
         );
         assert!(resolution > 0.0, "a resolution is a positive length");
-        Surface { points, normals, index, resolution }
+        Surface { points: points.into(), normals: normals.into(), index: Arc::new(index), resolution }
     }
 
     /// Centred points.
@@ -43,7 +45,7 @@ impl Surface {
     /// The same surface seen from its other side.
     #[must_use]
     pub fn flipped(mut self) -> Self {
-        self.normals.iter_mut().for_each(|normal| *normal = normal.map(|v| -v));
+        self.normals = self.normals.iter().map(|normal| normal.map(|v| -v)).collect();
         self
     }
 

@@ -11,7 +11,7 @@ use crate::{
 };
 use congruent_descriptors::Features;
 use congruent_estimators::Hypothesis;
-use congruent_geometry::{Oriented, RigidTransform, Scan, Surface};
+use congruent_geometry::{Oriented, Point, RigidTransform, Scan, Surface};
 use congruent_keypoints::Keypoint;
 use congruent_matching::Correspondence;
 use congruent_metrics::Evidence;
@@ -32,17 +32,18 @@ pub(crate) struct Answer {
     pub(crate) judgement: Judgement,
 }
 
-/// A surface and how its normals were oriented.
-struct Prepared {
-    surfaces: Pair<Surface>,
-    oriented: Pair<Oriented>,
+/// Surfaces and what they came from.
+pub(crate) struct Prepared<'p> {
+    pub(crate) surfaces: Pair<Surface>,
+    /// How their normals were oriented.
+    pub(crate) oriented: Pair<Oriented>,
+    /// The scans as they came, centred.
+    pub(crate) points: Pair<&'p [Point]>,
 }
 
 /// One attempt and what it has noted so far.
 pub(crate) struct Chain<'a, 'c> {
-    pub(crate) scans: Pair<&'a Scan>,
     pub(crate) config: &'a PipelineConfig,
-    pub(crate) signs: Signs,
     pub(crate) clock: &'a mut Clock<'c>,
     pub(crate) counts: Counts,
     pub(crate) raw_resolution: f64,
@@ -51,8 +52,13 @@ pub(crate) struct Chain<'a, 'c> {
 
 impl Chain<'_, '_> {
     /// `None` where the attempt would only repeat an earlier one. What the stages make is left in `trace`.
-    pub(crate) fn run(&mut self, trace: &mut Trace) -> Option<Result<Answer, Failure>> {
-        let prepared = match self.prepared() {
+    pub(crate) fn run(
+        &mut self,
+        scans: &Pair<&Scan>,
+        signs: Signs,
+        trace: &mut Trace,
+    ) -> Option<Result<Answer, Failure>> {
+        let prepared = match self.prepared(scans, signs) {
             Ok(prepared) => prepared?,
             Err(failure) => return Some(Err(failure)),
         };
@@ -61,10 +67,16 @@ impl Chain<'_, '_> {
         Some(outcome)
     }
 
-    fn registered(&mut self, prepared: &Prepared, trace: &mut Trace) -> Result<Answer, Failure> {
+    fn registered(&mut self, prepared: &Prepared<'_>, trace: &mut Trace) -> Result<Answer, Failure> {
         let surfaces = &prepared.surfaces;
         trace.keypoints = self.keypoints(surfaces);
         trace.features = self.features(surfaces, &trace.keypoints);
+        self.answered(prepared, trace)
+    }
+
+    /// From descriptors, which are in the trace, to an answer.
+    pub(crate) fn answered(&mut self, prepared: &Prepared<'_>, trace: &mut Trace) -> Result<Answer, Failure> {
+        let surfaces = &prepared.surfaces;
         trace.matches = self.matches(&trace.features)?;
         let evidence = self.evidence(surfaces, &trace.matches)?;
         trace.pool = self.pool(surfaces, &evidence)?;
@@ -72,8 +84,8 @@ impl Chain<'_, '_> {
         Ok(self.judged(&chosen, surfaces, &evidence))
     }
 
-    fn prepared(&mut self) -> Result<Option<Prepared>, Failure> {
-        let (scans, config) = (self.scans, self.config);
+    fn prepared<'p>(&mut self, scans: &Pair<&'p Scan>, signs: Signs) -> Result<Option<Prepared<'p>>, Failure> {
+        let config = self.config;
         let sampled = self
             .clock
             .time(Stage::Sampling, || sample(&[scans.source, scans.target], &config.sampling, config.normals.source))?;
@@ -84,7 +96,8 @@ impl Chain<'_, '_> {
         let (surfaces, oriented) = Pair::of_two(both).unzip();
         self.counts.points = scans.map(|scan| scan.points().len());
         self.counts.sampled = surfaces.map(Surface::len);
-        Ok(Prepared { surfaces, oriented }.with_signs(self.signs))
+        let points = Pair { source: scans.source.points(), target: scans.target.points() };
+        Ok(Prepared { surfaces, oriented, points }.with_signs(signs))
     }
 
     fn keypoints(&mut self, surfaces: &Pair<Surface>) -> Pair<Vec<Keypoint>> {
@@ -135,14 +148,10 @@ impl Chain<'_, '_> {
     }
 
     /// The pose that the surfaces prefer, refined.
-    fn chosen(&mut self, prepared: &Prepared, pool: &[Hypothesis]) -> Chosen {
+    fn chosen(&mut self, prepared: &Prepared<'_>, pool: &[Hypothesis]) -> Chosen {
         let RankingConfig::Dense(dense) = &self.config.ranking else {
             let pose = pool[0].target_from_source;
-            return Chosen {
-                target_from_source: self.refined(&prepared.surfaces, &pose),
-                ranked: None,
-                others: Vec::new(),
-            };
+            return Chosen { target_from_source: self.refined(prepared, &pose), ranked: None, others: Vec::new() };
         };
         let resolution = self.resolution;
         let viewpoints = prepared.trusted_viewpoints();
@@ -153,7 +162,7 @@ impl Chain<'_, '_> {
             (ranking, ranked)
         });
         let best = ranked[0];
-        let refined = self.refined(&prepared.surfaces, &best.target_from_source);
+        let refined = self.refined(prepared, &best.target_from_source);
         let kept = ranking.judge(&refined);
         Chosen {
             target_from_source: kept.target_from_source,
@@ -163,10 +172,10 @@ impl Chain<'_, '_> {
     }
 
     /// The scans as they came, on each other.
-    fn refined(&mut self, surfaces: &Pair<Surface>, pose: &RigidTransform) -> RigidTransform {
+    fn refined(&mut self, prepared: &Prepared<'_>, pose: &RigidTransform) -> RigidTransform {
         let RefinementConfig::PointToPlane(config) = &self.config.refinement else { return *pose };
-        let (scans, resolution) = (self.scans, self.resolution);
-        self.clock.time(Stage::Refinement, || refined(&scans, surfaces, config, resolution, pose))
+        let resolution = self.resolution;
+        self.clock.time(Stage::Refinement, || refined(&prepared.points, &prepared.surfaces, config, resolution, pose))
     }
 
     /// How firmly the surfaces hold the pose where they touch.
@@ -205,26 +214,27 @@ pub(crate) struct Chosen {
     pub(crate) others: Vec<Ranked>,
 }
 
-impl Prepared {
+impl Prepared<'_> {
     /// With the signs that an attempt asks for; nothing where there is nothing to turn.
-    fn with_signs(self, signs: Signs) -> Option<Prepared> {
-        match signs {
-            Signs::Kept => Some(self),
-            Signs::Other if self.oriented.source.sure && self.oriented.target.sure => None,
-            Signs::Other => {
-                let Prepared { surfaces: Pair { source, target }, oriented } = self;
-                // One scan is enough: what counts is whether the two agree.
-                let surfaces = if oriented.source.sure {
-                    Pair { source, target: target.flipped() }
-                } else {
-                    Pair { source: source.flipped(), target }
-                };
-                Some(Prepared { surfaces, oriented })
-            }
-        }
+    fn with_signs(self, signs: Signs) -> Option<Self> {
+        let turned = signs.turned(&self.oriented)?;
+        let turn = |(surface, turned): (Surface, bool)| if turned { surface.flipped() } else { surface };
+        Some(Prepared { surfaces: self.surfaces.zip(turned).into_map(turn), ..self })
     }
 
     fn trusted_viewpoints(&self) -> Pair<Option<Vector3<f64>>> {
         self.oriented.map(|oriented| oriented.viewpoint.filter(|_| oriented.sure))
+    }
+}
+
+impl Signs {
+    /// On which scan the normals are turned; nothing where there is nothing to turn.
+    pub(crate) fn turned(self, oriented: &Pair<Oriented>) -> Option<Pair<bool>> {
+        match self {
+            Signs::Kept => Some(Pair { source: false, target: false }),
+            Signs::Other if oriented.source.sure && oriented.target.sure => None,
+            // One scan is enough: what counts is whether the two agree.
+            Signs::Other => Some(Pair { source: !oriented.source.sure, target: oriented.source.sure }),
+        }
     }
 }

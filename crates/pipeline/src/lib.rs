@@ -4,6 +4,7 @@
 //! [`PipelineConfig`] is everything a user may say about them. Nothing here opens a file or prints.
 
 mod chain;
+mod collection;
 mod config;
 mod failure;
 mod pair;
@@ -17,6 +18,7 @@ pub mod stages;
 mod trace;
 mod verdict;
 
+pub use collection::{Collection, DescribedScan, ScanSummary, Variant};
 pub use config::{
     AContrarioConfig, BudgetConfig, DenseConfig, DenseVerdictConfig, EscalationStep, NeighborhoodConfig, NormalSource,
     NormalsConfig, PipelineConfig, PointToPlaneConfig, PoolConfig, RankingConfig, RefinementConfig, SamplingConfig,

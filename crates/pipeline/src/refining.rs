@@ -1,7 +1,7 @@
 //! The last refinement, on the scans as they came.
 
 use crate::{Pair, PointToPlaneConfig};
-use congruent_geometry::{NeighborIndex, Point, RigidTransform, Scan, Surface};
+use congruent_geometry::{NeighborIndex, Point, RigidTransform, Surface};
 use rayon::prelude::*;
 
 /// Points of the target that are searched for the nearest one; a denser scan is thinned evenly.
@@ -13,17 +13,17 @@ const MIN_SUPPORT: f64 = 0.999;
 ///
 /// Normals are those of the sampled surfaces, which are smoother than what so few raw points would give.
 pub(crate) fn refined(
-    scans: &Pair<&Scan>,
+    points: &Pair<&[Point]>,
     sampled: &Pair<Surface>,
     config: &PointToPlaneConfig,
     resolution: f64,
     start: &RigidTransform,
 ) -> RigidTransform {
     let limits = Pair { source: config.points, target: MAX_TARGET_POINTS };
-    let whole = scans
+    let whole = points
         .zip(sampled.as_ref())
         .zip(limits)
-        .map(|&((scan, sampled), limit)| with_normals(scan.points(), sampled, limit));
+        .map(|&((points, sampled), limit)| with_normals(points, sampled, limit));
     let icp = config.build(resolution);
     let (moving, fixed) = (&whole.source, &whole.target);
     let end = icp.refine(moving, fixed, fixed.index(), start).target_from_source;

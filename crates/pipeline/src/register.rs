@@ -7,6 +7,8 @@ use crate::{
     Trace, Verdict,
 };
 use congruent_geometry::{RigidTransform, Scan, uncentred};
+use nalgebra::Vector3;
+use std::convert::Infallible;
 
 /// Registers two scans.
 ///
@@ -27,36 +29,46 @@ pub fn register_traced(
 ) -> (Registration, Trace) {
     let scans = Pair { source, target };
     let mut clock = Clock::new(observe);
-    let mut best =
-        attempt(&scans, config, Signs::Kept, &mut clock).expect("an attempt with the signs as they are is made");
+    let Ok(mut best) = escalated(config, &mut clock, |config, signs, clock| {
+        Ok::<_, Infallible>(attempt(&scans, config, signs, clock))
+    });
+    let trace = std::mem::take(&mut best.trace);
+    (best.registration(&scans.into_map(|scan| *scan.origin()), clock), trace)
+}
+
+/// The first attempt that is believed, or else the best one.
+pub(crate) fn escalated<E>(
+    config: &PipelineConfig,
+    clock: &mut Clock<'_>,
+    attempt: impl Fn(&PipelineConfig, Signs, &mut Clock<'_>) -> Result<Option<Attempt>, E>,
+) -> Result<Attempt, E> {
+    let mut best = attempt(config, Signs::Kept, clock)?.expect("an attempt with the signs as they are is made");
     for step in &config.escalation {
         if best.is_believed() {
             break;
         }
-        let harder = step.applied(config);
-        if let Some(another) = attempt(&scans, &harder, step.signs, &mut clock) {
+        if let Some(another) = attempt(&step.applied(config), step.signs, clock)? {
             best = best.or(another);
         }
     }
-    let trace = std::mem::take(&mut best.trace);
-    (best.registration(&scans, clock), trace)
+    Ok(best)
 }
 
 /// What an attempt left.
-struct Attempt {
-    outcome: Result<Answer, Failure>,
-    counts: Counts,
-    raw_resolution: f64,
-    resolution: f64,
-    trace: Trace,
+pub(crate) struct Attempt {
+    pub(crate) outcome: Result<Answer, Failure>,
+    pub(crate) counts: Counts,
+    pub(crate) raw_resolution: f64,
+    pub(crate) resolution: f64,
+    pub(crate) trace: Trace,
 }
 
 /// One run of the chain; `None` where it would only repeat an earlier one.
 fn attempt(scans: &Pair<&Scan>, config: &PipelineConfig, signs: Signs, clock: &mut Clock<'_>) -> Option<Attempt> {
     let counts = Counts { points: scans.map(|scan| scan.points().len()), ..Counts::default() };
-    let mut chain = Chain { scans: *scans, config, signs, clock, counts, raw_resolution: 0.0, resolution: 0.0 };
+    let mut chain = Chain { config, clock, counts, raw_resolution: 0.0, resolution: 0.0 };
     let mut trace = Trace::default();
-    let outcome = chain.run(&mut trace)?;
+    let outcome = chain.run(scans, signs, &mut trace)?;
     let Chain { counts, raw_resolution, resolution, .. } = chain;
     Some(Attempt { outcome, counts, raw_resolution, resolution, trace })
 }
@@ -75,8 +87,8 @@ impl Attempt {
         if other.confidence() > self.confidence() { other } else { self }
     }
 
-    fn registration(self, scans: &Pair<&Scan>, clock: Clock<'_>) -> Registration {
-        let in_file_coordinates = |pose: &RigidTransform| uncentred(pose, scans.source.origin(), scans.target.origin());
+    pub(crate) fn registration(self, origins: &Pair<Vector3<f64>>, clock: Clock<'_>) -> Registration {
+        let in_file_coordinates = |pose: &RigidTransform| uncentred(pose, &origins.source, &origins.target);
         let (answer, verdict) = match self.outcome {
             Err(failure) => (None, Verdict::Failed(failure)),
             Ok(mut answer) => {
@@ -113,7 +125,7 @@ impl Attempt {
 }
 
 impl EscalationStep {
-    fn applied(&self, config: &PipelineConfig) -> PipelineConfig {
+    pub(crate) fn applied(&self, config: &PipelineConfig) -> PipelineConfig {
         let mut harder = config.clone();
         if let Some(poses) = self.poses {
             harder.pool.poses = poses;

@@ -12,6 +12,7 @@ mod matching;
 mod stages;
 
 use crate::args::{Args, Command};
+use crate::batch;
 use anyhow::{Context, Result};
 use congruent_geometry::{RawScan, Scan};
 use std::path::Path;
@@ -21,6 +22,8 @@ use std::process::ExitCode;
 pub(crate) fn run(args: Args) -> Result<ExitCode> {
     match args.command {
         Command::Align(args) => align::run(&args),
+        Command::Batch(args) => batch::run(&args),
+        Command::Merge(args) => batch::merge(&args),
         Command::Keypoints(args) => keypoints::run(&args),
         Command::Describe(args) => describe::run(&args),
         Command::Match(args) => matching::run(&args),
@@ -33,19 +36,19 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
 }
 
 /// A scan as the file has it, and cleaned.
-struct Loaded {
+pub(crate) struct Loaded {
     raw: RawScan,
-    scan: Scan,
+    pub(crate) scan: Scan,
 }
 
-fn load(path: &Path) -> Result<Loaded> {
+pub(crate) fn load(path: &Path) -> Result<Loaded> {
     let raw = congruent_io::read_scan(path)?;
     let scan = Scan::new(&raw).with_context(|| path.display().to_string())?;
     Ok(Loaded { raw, scan })
 }
 
 /// Runs work on so many threads, or on all processors.
-fn on_threads<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T> {
+pub(crate) fn on_threads<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))
         .build()

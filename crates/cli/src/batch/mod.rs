@@ -1,0 +1,121 @@
+//! Many pairs, one row each: `congruent batch` and `congruent merge`.
+//!
+//! The scans are measured, which settles the lengths of the collection; the pairs are chosen; each pair is registered
+//! on its own with a seed of its own. So neither the order, nor the number of threads, nor a division into shards can
+//! change a row. Only times differ.
+
+mod board;
+mod cache;
+mod input;
+mod pairs;
+mod results;
+mod row;
+mod survey;
+mod work;
+
+pub(crate) use results::merge;
+pub(crate) use work::Share;
+
+use crate::args::BatchArgs;
+use crate::layers::{self, Sources};
+use crate::output;
+use anyhow::{Result, bail};
+use cache::Cache;
+use congruent_pipeline::PipelineConfig;
+use input::{Input, Wanted};
+use pairs::Job;
+use results::{Results, Run};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use survey::Survey;
+use work::{Limits, Work};
+
+/// Some pair ended with an error, or was given up.
+const SOME_FAILED: u8 = 1;
+/// What shells expect of a program that was stopped by Ctrl-C.
+const INTERRUPTED: u8 = 130;
+/// Share of the memory budget that descriptors may keep; the running pairs have the rest.
+const CACHE_SHARE: f64 = 0.5;
+
+pub(crate) fn run(args: &BatchArgs) -> Result<ExitCode> {
+    let input = Input::find(&args.input, args.wanted())?;
+    let config = layers::resolve(&Sources::of_run(&args.run, Some(&input.folder)))?.config;
+    let threads = args.run.threads.map_or_else(all_processors, usize::from);
+    let limits = Limits::new(threads, args.memory, args.time_limit);
+    let interrupted = on_interrupt()?;
+    let hook = std::panic::take_hook();
+    work::silence_panics();
+    let ended = batch(args, &input, &config, limits, &interrupted);
+    std::panic::set_hook(hook);
+    ended
+}
+
+fn batch(
+    args: &BatchArgs,
+    input: &Input,
+    config: &PipelineConfig,
+    limits: Limits,
+    interrupted: &AtomicBool,
+) -> Result<ExitCode> {
+    let threads = limits.threads;
+    let survey = Survey::of(input, config, threads)?;
+    let cache = Cache::new((CACHE_SHARE * args.memory as f64) as usize);
+    let jobs = chosen(input, &survey, &cache, threads, args.neighbors)?;
+    let run = Run::new(config, &survey, &jobs, args.shard);
+    let mine: Vec<Job> = args.shard.of(jobs);
+    let results = Results::open(&args.output, run, config, args.resume)?;
+    let missing: Vec<Job> = mine.into_iter().filter(|job| !results.has(&job.id)).collect();
+
+    let work = Work { input, survey: &survey, cache: &cache, config, limits };
+    work.run(missing, &results, interrupted)?;
+    let summary = results.finish(&args.output)?;
+    output::remark(&summary.text(&args.output));
+    if interrupted.load(Ordering::Relaxed) {
+        output::remark("stopped; the same command with --resume goes on where this one ended");
+        return Ok(ExitCode::from(INTERRUPTED));
+    }
+    Ok(if summary.errors > 0 { ExitCode::from(SOME_FAILED) } else { ExitCode::SUCCESS })
+}
+
+/// All pairs of the run, sorted by id.
+fn chosen(input: &Input, survey: &Survey, cache: &Cache, threads: usize, neighbors: usize) -> Result<Vec<Job>> {
+    let jobs = match &input.wanted {
+        Wanted::Listed(jobs) => jobs.clone(),
+        Wanted::All => pairs::all(&input.scans),
+        Wanted::Sequential => pairs::sequential(&input.scans),
+        Wanted::Auto => pairs::alike(&input.scans, &survey.signatures(input, cache, threads)?, neighbors),
+    };
+    if jobs.is_empty() {
+        bail!("{}: there is no pair of scans; put at least two scans there", input.folder.display());
+    }
+    pairs::sorted(jobs)
+}
+
+fn all_processors() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
+/// Set by the first Ctrl-C; the second one ends the program.
+fn on_interrupt() -> Result<Arc<AtomicBool>> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(INTERRUPTED));
+        }
+        output::remark("stopping when the running pairs have ended; Ctrl-C again stops at once");
+    })?;
+    Ok(interrupted)
+}
+
+/// A short name for a configuration: FNV-1a over all its settings.
+pub(crate) fn hash_of(config: &PipelineConfig) -> String {
+    let text = toml::to_string(config).expect("a configuration can be written as TOML");
+    format!("{:016x}", fnv(text.as_bytes()))
+}
+
+/// FNV-1a, 64 bits: named here because it must never change.
+fn fnv(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
+}

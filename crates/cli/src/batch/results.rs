@@ -1,0 +1,292 @@
+//! The folder that a run writes: rows as they end, and what is needed to go on after a kill.
+
+use super::pairs::Job;
+use super::row::{Row, Status};
+use super::survey::Survey;
+use super::work::Share;
+use super::{fnv, hash_of};
+use crate::args::MergeArgs;
+use crate::output;
+use anyhow::{Context, Result, anyhow, bail};
+use congruent_io::write_file;
+use congruent_pipeline::PipelineConfig;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, HashSet};
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::{Mutex, PoisonError};
+
+/// One row a line, as they end; sorted by id when the run has ended.
+const ROWS: &str = "results.jsonl";
+/// The same as a table, when the run has ended.
+const TABLE: &str = "results.csv";
+/// What the rows depend on.
+const RUN: &str = "run.json";
+/// The settings, all of them. Not `congruent.toml`: results may be put beside the scans.
+const CONFIGURATION: &str = "configuration.toml";
+
+/// What the rows of a folder depend on: `run.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Run {
+    version: String,
+    /// Hash of the settings.
+    configuration: String,
+    /// Of the collection, data units.
+    lengths: Vec<f64>,
+    /// In the whole run, all shards together.
+    pairs: usize,
+    /// Hash of the ids of all pairs.
+    pair_list: String,
+    /// This one, and how many there are.
+    shard: [usize; 2],
+}
+
+impl Run {
+    pub(super) fn new(config: &PipelineConfig, survey: &Survey, jobs: &[Job], shard: Share) -> Run {
+        let ids: String = jobs.iter().map(|job| format!("{}\n", job.id)).collect();
+        Run {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            configuration: hash_of(config),
+            lengths: survey.collection.as_ref().map_or_else(Vec::new, congruent_pipeline::Collection::lengths),
+            pairs: jobs.len(),
+            pair_list: format!("{:016x}", fnv(ids.as_bytes())),
+            shard: [shard.part, shard.of],
+        }
+    }
+
+    fn read(folder: &Path) -> Result<Run> {
+        let path = folder.join(RUN);
+        let text = std::fs::read_to_string(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+        serde_json::from_str(&text).with_context(|| format!("{}: is not of a batch of this version", path.display()))
+    }
+
+    fn write(&self, folder: &Path) -> Result<()> {
+        let text = serde_json::to_string_pretty(self).expect("numbers and strings can be written as JSON");
+        Ok(write_file(&folder.join(RUN), format!("{text}\n").as_bytes())?)
+    }
+
+    /// In what another run would give other rows, and what to do about it.
+    fn difference(&self, other: &Run) -> Option<String> {
+        if self.configuration != other.configuration {
+            Some(format!(
+                "its configuration is {}, not {}; take the settings from the {CONFIGURATION} there with -c, or another folder",
+                other.configuration, self.configuration
+            ))
+        } else if self.version != other.version {
+            Some(format!("it was made by version {}, not {}; take another folder", other.version, self.version))
+        } else if self.pair_list != other.pair_list || self.pairs != other.pairs {
+            Some("it has other pairs; take the same input and choice of pairs, or another folder".to_owned())
+        } else if self.lengths != other.lengths {
+            Some("the scans have changed since; take another folder".to_owned())
+        } else {
+            None
+        }
+    }
+}
+
+/// Rows that are there, and a file for those to come.
+pub(super) struct Results {
+    earlier: HashSet<String>,
+    file: Mutex<File>,
+}
+
+impl Results {
+    /// Starts a folder, or goes on with one.
+    pub(super) fn open(folder: &Path, run: Run, config: &PipelineConfig, resume: bool) -> Result<Results> {
+        std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot be created", folder.display()))?;
+        let rows = folder.join(ROWS);
+        let earlier = if rows.exists() {
+            if !resume {
+                bail!("{}: there are results already; go on with --resume, or take another folder", rows.display());
+            }
+            let before = Run::read(folder)?;
+            if let Some(difference) = run.difference(&before) {
+                bail!("{}: cannot be resumed: {difference}", folder.display());
+            }
+            if run.shard != before.shard {
+                let [part, of] = before.shard;
+                bail!("{}: cannot be resumed: it holds shard {part}/{of}; say --shard {part}/{of}", folder.display());
+            }
+            let kept = read_rows(&rows)?;
+            // What stands after the last whole row is gone for good, so that the next one begins a line.
+            let text: String = kept.iter().map(|row| row.json() + "\n").collect();
+            write_file(&rows, text.as_bytes())?;
+            kept.into_iter().map(|row| row.id).collect()
+        } else {
+            run.write(folder)?;
+            let text = toml::to_string(config).context("the configuration cannot be written as TOML")?;
+            write_file(&folder.join(CONFIGURATION), text.as_bytes())?;
+            HashSet::new()
+        };
+        let file = OpenOptions::new().create(true).append(true).open(&rows);
+        let file = Mutex::new(file.with_context(|| format!("{}: cannot be written", rows.display()))?);
+        Ok(Results { earlier, file })
+    }
+
+    pub(super) fn has(&self, id: &str) -> bool {
+        self.earlier.contains(id)
+    }
+
+    /// Writes one row, so that it is there whatever happens next.
+    pub(super) fn append(&self, row: &Row) -> std::io::Result<()> {
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        file.write_all((row.json() + "\n").as_bytes())?;
+        file.flush()
+    }
+
+    /// Sorts the rows, and writes the table.
+    pub(super) fn finish(self, folder: &Path) -> Result<Summary> {
+        drop(self.file);
+        put(folder, read_rows(&folder.join(ROWS))?)
+    }
+}
+
+/// All whole rows. A last line that was cut by a kill is left out; any other bad line is an error.
+fn read_rows(path: &Path) -> Result<Vec<Row>> {
+    let bytes = std::fs::read(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    // Only what ends with a line break is whole; a cut may also be inside a character.
+    let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
+    let text = String::from_utf8_lossy(&bytes[..whole]);
+    let line = |(number, line): (usize, &str)| {
+        serde_json::from_str(line).map_err(|error| anyhow!("{}: line {number}: {error}; remove it", path.display()))
+    };
+    (1..).zip(text.lines()).map(line).collect()
+}
+
+/// Puts sorted rows and the table in place.
+fn put(folder: &Path, mut rows: Vec<Row>) -> Result<Summary> {
+    rows.sort_by(|a, b| a.id.cmp(&b.id));
+    let lines: String = rows.iter().map(|row| row.json() + "\n").collect();
+    let table: String = rows.iter().map(|row| row.csv() + "\n").collect();
+    write_file(&folder.join(TABLE), (Row::csv_header() + "\n" + &table).as_bytes())?;
+    write_file(&folder.join(ROWS), lines.as_bytes())?;
+    Ok(Summary::of(&rows))
+}
+
+/// What a folder's rows say, in numbers.
+pub(super) struct Summary {
+    rows: usize,
+    verdicts: BTreeMap<String, usize>,
+    /// Rows without a verdict.
+    pub(super) errors: usize,
+}
+
+impl Summary {
+    fn of(rows: &[Row]) -> Summary {
+        let mut verdicts = BTreeMap::new();
+        for verdict in rows.iter().filter_map(|row| row.verdict.clone()) {
+            *verdicts.entry(verdict).or_default() += 1;
+        }
+        Summary { rows: rows.len(), verdicts, errors: rows.iter().filter(|row| row.status != Status::Done).count() }
+    }
+
+    pub(super) fn text(&self, folder: &Path) -> String {
+        let counted = self.verdicts.iter().map(|(verdict, n)| format!("{n} {verdict}"));
+        let errors = (self.errors > 0).then(|| format!("{} without a verdict (status says why)", self.errors));
+        let parts: Vec<String> = counted.chain(errors).collect();
+        format!("{} pairs: {}; wrote {}", self.rows, parts.join(", "), folder.join(TABLE).display())
+    }
+}
+
+/// Joins the folders of shards into one.
+pub(crate) fn merge(args: &MergeArgs) -> Result<ExitCode> {
+    let first = Run::read(&args.parts[0])?;
+    let (mut rows, mut ids) = (Vec::new(), HashSet::new());
+    for part in &args.parts {
+        if let Some(difference) = first.difference(&Run::read(part)?) {
+            bail!("{}: is not of the same run as {}: {difference}", part.display(), args.parts[0].display());
+        }
+        for row in read_rows(&part.join(ROWS))? {
+            if !ids.insert(row.id.clone()) {
+                bail!("{}: the pair `{}` is in two parts; name each shard once", part.display(), row.id);
+            }
+            rows.push(row);
+        }
+    }
+    let folder = &args.output;
+    std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot be created", folder.display()))?;
+    if folder.join(ROWS).exists() {
+        bail!("{}: there are results already; take another folder", folder.display());
+    }
+    let settings = args.parts[0].join(CONFIGURATION);
+    let text = std::fs::read(&settings).with_context(|| format!("{}: cannot be read", settings.display()))?;
+    write_file(&folder.join(CONFIGURATION), &text)?;
+    Run { shard: [1, 1], ..first.clone() }.write(folder)?;
+    let summary = put(folder, rows)?;
+    output::remark(&summary.text(folder));
+    if ids.len() < first.pairs {
+        bail!(
+            "{} of {} pairs are there; name the other shards too, or finish them with --resume",
+            ids.len(),
+            first.pairs
+        );
+    }
+    Ok(ExitCode::from(u8::from(summary.errors > 0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::row::tests::broken;
+    use super::*;
+
+    fn run() -> Run {
+        Run {
+            version: "1".to_owned(),
+            configuration: "aa".to_owned(),
+            lengths: vec![0.1, 0.2],
+            pairs: 3,
+            pair_list: "bb".to_owned(),
+            shard: [1, 1],
+        }
+    }
+
+    #[test]
+    fn a_cut_line_is_dropped_and_the_next_row_begins_a_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let (folder, config) = (folder.path(), PipelineConfig::default());
+        let results = Results::open(folder, run(), &config, false).unwrap();
+        results.append(&broken("b")).unwrap();
+        results.append(&broken("c")).unwrap();
+        drop(results);
+        let rows = folder.join(ROWS);
+        let text = std::fs::read(&rows).unwrap();
+        std::fs::write(&rows, &text[..text.len() - 9]).unwrap();
+        let results = Results::open(folder, run(), &config, true).unwrap();
+        assert!(results.has("b") && !results.has("c"));
+        results.append(&broken("a")).unwrap();
+        let summary = results.finish(folder).unwrap();
+        assert_eq!((summary.rows, summary.errors), (2, 2));
+        let ids: Vec<String> = read_rows(&rows).unwrap().into_iter().map(|row| row.id).collect();
+        assert_eq!(ids, ["a", "b"]);
+        assert_eq!(std::fs::read_to_string(folder.join(TABLE)).unwrap().lines().count(), 3);
+    }
+
+    #[test]
+    fn another_run_is_not_resumed_and_results_are_not_overwritten() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = PipelineConfig::default();
+        let open = |run, resume| Results::open(folder.path(), run, &config, resume).map(drop);
+        open(run(), true).unwrap();
+        for (other, resume, expected) in [
+            (run(), false, "--resume"),
+            (Run { configuration: "ab".to_owned(), ..run() }, true, "with -c"),
+            (Run { lengths: vec![0.3], ..run() }, true, "scans have changed"),
+            (Run { pair_list: "bc".to_owned(), ..run() }, true, "other pairs"),
+            (Run { shard: [2, 3], ..run() }, true, "say --shard 1/1"),
+        ] {
+            let message = open(other, resume).unwrap_err().to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+        open(run(), true).unwrap();
+    }
+
+    #[test]
+    fn a_bad_line_that_is_not_the_last_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(ROWS);
+        std::fs::write(&path, format!("{}\nnonsense\n{}\n", broken("a").json(), broken("b").json())).unwrap();
+        assert!(read_rows(&path).unwrap_err().to_string().contains("line 2"));
+    }
+}

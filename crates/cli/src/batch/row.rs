@@ -1,0 +1,234 @@
+//! What is written of a pair. docs/FILES.md says what the fields mean.
+
+use super::pairs::Job;
+use crate::result::{Counts, verdict_words};
+use congruent_geometry::{RigidTransform, angle_between, to_rows};
+use congruent_pipeline::Registration;
+use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// One line of `results.jsonl`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Row {
+    pub(super) id: String,
+    pub(super) source: String,
+    pub(super) target: String,
+    pub(super) status: Status,
+    pub(super) verdict: Option<String>,
+    pub(super) reason: Option<String>,
+    pub(super) error: Option<String>,
+    pub(super) target_from_source: Option<[[f64; 4]; 4]>,
+    pub(super) confidence: Option<f64>,
+    pub(super) overlap: Option<f64>,
+    pub(super) rotation_error_deg: Option<f64>,
+    pub(super) centre_error: Option<f64>,
+    pub(super) counts: Option<Counts>,
+    pub(super) resolution: Option<f64>,
+    pub(super) seed: u64,
+    pub(super) configuration: String,
+    pub(super) version: String,
+    pub(super) timings: BTreeMap<String, f64>,
+}
+
+/// How a pair ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Status {
+    /// With a verdict, whatever it is.
+    Done,
+    /// A scan that cannot be used, or a mistake of ours.
+    Error,
+    /// Given up.
+    TimedOut,
+}
+
+impl Status {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Status::Done => "done",
+            Status::Error => "error",
+            Status::TimedOut => "timed-out",
+        }
+    }
+}
+
+impl Row {
+    /// A row that says nothing yet.
+    fn of(job: &Job, names: [&str; 2], seed: u64, configuration: &str, took: Duration) -> Row {
+        Row {
+            id: job.id.clone(),
+            source: names[0].to_owned(),
+            target: names[1].to_owned(),
+            status: Status::Done,
+            verdict: None,
+            reason: None,
+            error: None,
+            target_from_source: None,
+            confidence: None,
+            overlap: None,
+            rotation_error_deg: None,
+            centre_error: None,
+            counts: None,
+            resolution: None,
+            seed,
+            configuration: configuration.to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            timings: BTreeMap::from([("total".to_owned(), took.as_secs_f64())]),
+        }
+    }
+
+    /// A pair that ended before it had a verdict.
+    pub(super) fn failed(
+        (job, names): (&Job, [&str; 2]),
+        (seed, configuration): (u64, &str),
+        took: Duration,
+        (status, error): (Status, String),
+    ) -> Row {
+        Row { status, error: Some(error), ..Row::of(job, names, seed, configuration, took) }
+    }
+
+    /// A pair with a verdict. `centre` is the middle of the source.
+    pub(super) fn done(
+        (job, names): (&Job, [&str; 2]),
+        (seed, configuration): (u64, &str),
+        took: Duration,
+        (registration, centre): (&Registration, Vector3<f64>),
+    ) -> Row {
+        let (verdict, reason) = verdict_words(registration);
+        let mut row = Row::of(job, names, seed, configuration, took);
+        row.timings.extend(registration.timings.iter().map(|t| (t.stage.name().to_owned(), t.time.as_secs_f64())));
+        let pose = registration.target_from_source.as_ref();
+        let errors = pose.zip(job.truth.as_ref()).map(|(pose, truth)| errors(pose, truth, centre));
+        Row {
+            verdict: Some(verdict.to_owned()),
+            reason,
+            target_from_source: pose.map(to_rows),
+            confidence: Some(registration.confidence),
+            overlap: registration.agreement.map(|agreement| agreement.overlap),
+            rotation_error_deg: errors.map(|e| e.0),
+            centre_error: errors.map(|e| e.1),
+            counts: Some(Counts::from(&registration.counts)),
+            resolution: Some(registration.resolution),
+            ..row
+        }
+    }
+
+    pub(super) fn json(&self) -> String {
+        serde_json::to_string(self).expect("numbers, strings and lists can be written as JSON")
+    }
+
+    /// What is said of it where there is no terminal.
+    pub(super) fn word(&self) -> String {
+        let seconds = self.timings.get("total").copied().unwrap_or_default();
+        match (&self.verdict, &self.error) {
+            (_, Some(error)) => format!("{} {}: {error} ({seconds:.1} s)", self.id, self.status.name()),
+            (verdict, None) => format!(
+                "{} {} (confidence {:.3}, {seconds:.1} s)",
+                self.id,
+                verdict.as_deref().unwrap_or("without a verdict"),
+                self.confidence.unwrap_or_default()
+            ),
+        }
+    }
+
+    pub(super) fn csv_header() -> String {
+        let mut names: Vec<String> = [
+            "id",
+            "source",
+            "target",
+            "status",
+            "verdict",
+            "reason",
+            "error",
+            "confidence",
+            "overlap",
+            "rotation_error_deg",
+            "centre_error",
+        ]
+        .map(str::to_owned)
+        .to_vec();
+        names.extend((0..16).map(|at| format!("m{}{}", at / 4, at % 4)));
+        for name in ["points", "sampled", "keypoints", "described"] {
+            names.extend(["source", "target"].map(|side| format!("{name}_{side}")));
+        }
+        names.extend(
+            [
+                "correspondences",
+                "trials",
+                "poses",
+                "inliers",
+                "resolution",
+                "seed",
+                "configuration",
+                "version",
+                "seconds",
+            ]
+            .map(str::to_owned),
+        );
+        names.join(",")
+    }
+
+    /// The same as a CSV line; fields without a value are empty.
+    pub(super) fn csv(&self) -> String {
+        let number = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:?}"));
+        let word = |value: &Option<String>| quoted(value.as_deref().unwrap_or_default());
+        let mut fields =
+            vec![quoted(&self.id), quoted(&self.source), quoted(&self.target), self.status.name().to_owned()];
+        fields.extend([word(&self.verdict), word(&self.reason), word(&self.error)]);
+        fields.extend([self.confidence, self.overlap, self.rotation_error_deg, self.centre_error].map(number));
+        fields.extend((0..16).map(|at| number(self.target_from_source.map(|rows| rows[at / 4][at % 4]))));
+        match &self.counts {
+            Some(c) => {
+                let twos = [c.points, c.sampled, c.keypoints, c.described];
+                fields.extend(twos.as_flattened().iter().map(usize::to_string));
+                fields.extend([c.correspondences.to_string(), c.trials.to_string()]);
+                fields.extend([c.poses, c.inliers].map(|n| n.to_string()));
+            }
+            None => fields.extend(std::iter::repeat_n(String::new(), 12)),
+        }
+        fields.extend([number(self.resolution), self.seed.to_string()]);
+        fields.extend([quoted(&self.configuration), quoted(&self.version), number(self.timings.get("total").copied())]);
+        fields.join(",")
+    }
+}
+
+/// Degrees, and how far the middle of the source is from where it should be, data units.
+fn errors(pose: &RigidTransform, truth: &RigidTransform, centre: Vector3<f64>) -> (f64, f64) {
+    let centre = Point3::from(centre);
+    (angle_between(pose, truth).to_degrees(), (pose * centre - truth * centre).norm())
+}
+
+/// In quotes where it would otherwise be taken for more than one field.
+fn quoted(field: &str) -> String {
+    if field.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", field.replace('"', "\"\"").replace(['\n', '\r'], " "))
+    } else {
+        field.to_owned()
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::batch::input::fields;
+
+    /// A row of a pair that could not be run.
+    pub(in crate::batch) fn broken(id: &str) -> Row {
+        let job = Job { id: id.to_owned(), source: 0, target: 1, truth: None };
+        let error = (Status::Error, "a.ply: line 3, \"x\"\nis no number".to_owned());
+        Row::failed((&job, ["a.ply", "b,c.ply"]), (7, "0f"), Duration::from_millis(1500), error)
+    }
+
+    #[test]
+    fn a_row_survives_json_and_has_a_field_for_each_column() {
+        let row = broken("a--b");
+        assert_eq!(serde_json::from_str::<Row>(&row.json()).unwrap(), row);
+        let (names, values) = (fields(&Row::csv_header()), fields(&row.csv()));
+        assert_eq!(names.len(), values.len());
+        let value = |name: &str| values[names.iter().position(|n| n == name).unwrap()].as_str();
+        assert_eq!((value("target"), value("status"), value("seed")), ("b,c.ply", "error", "7"));
+        assert_eq!((value("error"), value("seconds")), ("a.ply: line 3, \"x\" is no number", "1.5"));
+    }
+}

@@ -1,0 +1,150 @@
+//! Where settings come from: defaults < preset < the folder's `congruent.toml` < file < `--set`.
+//!
+//! A file that has a section (`[metric…]`) settles all of it, as if it were the only file; `--set` changes one setting.
+
+use crate::args::RunArgs;
+use crate::configuration::{assigned, named_preset, parse, preset, readable};
+use anyhow::{Context, Result, anyhow};
+use congruent_pipeline::PipelineConfig;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The file that is looked for in the folder of a batch.
+pub(crate) const FOLDER_FILE: &str = "congruent.toml";
+
+/// What a command line names.
+#[derive(Default)]
+pub(crate) struct Sources<'a> {
+    pub(crate) preset: Option<&'a str>,
+    pub(crate) folder: Option<&'a Path>,
+    pub(crate) file: Option<&'a Path>,
+    pub(crate) set: &'a [String],
+    pub(crate) seed: Option<u64>,
+}
+
+impl<'a> Sources<'a> {
+    /// `--config` names a preset or a file.
+    pub(crate) fn of_run(args: &'a RunArgs, folder: Option<&'a Path>) -> Sources<'a> {
+        let preset = args.config.as_deref().and_then(named_preset);
+        let file = args.config.as_deref().filter(|_| preset.is_none());
+        Sources { preset, folder, file, set: &args.set, seed: args.seed }
+    }
+}
+
+/// A configuration, and where each part of it came from.
+#[derive(Debug)]
+pub(crate) struct Layered {
+    pub(crate) config: PipelineConfig,
+    /// A section or a setting, and who settled it; the later one counts.
+    origins: Vec<(String, String)>,
+}
+
+/// Puts the layers on each other.
+pub(crate) fn resolve(sources: &Sources<'_>) -> Result<Layered> {
+    let folder_file = sources.folder.map(|folder| folder.join(FOLDER_FILE)).filter(|path| path.is_file());
+    let mut texts: Vec<(String, String)> = Vec::new();
+    if let Some(name) = sources.preset {
+        texts.push((format!("preset {name}"), preset(name)?.to_owned()));
+    }
+    for path in [folder_file.as_deref(), sources.file].into_iter().flatten() {
+        texts.push((path.display().to_string(), readable(path)?));
+    }
+    let mut sections = toml::Table::new();
+    let mut origins = Vec::new();
+    for (name, text) in &texts {
+        parse(text, name)?;
+        for (section, value) in toml::from_str::<toml::Table>(text).with_context(|| name.clone())? {
+            origins.push((section.clone(), name.clone()));
+            sections.insert(section, value);
+        }
+    }
+    let mut config = PipelineConfig::deserialize(sections).map_err(|error| anyhow!("{}", error.message()))?;
+    for assignment in sources.set {
+        config = assigned(&config, assignment).with_context(|| format!("--set {assignment}"))?;
+        let key = assignment.split('=').next().unwrap_or_default().trim();
+        origins.push((key.to_owned(), format!("--set {assignment}")));
+    }
+    if let Some(seed) = sources.seed {
+        config.seed = seed;
+        origins.push(("seed".to_owned(), "--seed".to_owned()));
+    }
+    Ok(Layered { config, origins })
+}
+
+impl Layered {
+    /// Every setting with who settled it, a line each.
+    pub(crate) fn explained(&self) -> Result<String> {
+        let table = toml::Table::try_from(&self.config).context("the configuration cannot be written as TOML")?;
+        let mut settings = BTreeMap::new();
+        flatten("", &toml::Value::Table(table), &mut settings);
+        let width = settings.iter().map(|(key, value)| key.len() + value.len() + 3).max().unwrap_or_default().min(70);
+        let line = |(key, value): (&String, &String)| {
+            let setting = format!("{key} = {value}");
+            format!("{setting:width$}  # {}", self.origin(key))
+        };
+        Ok(settings.iter().map(line).collect::<Vec<_>>().join("\n"))
+    }
+
+    fn origin(&self, key: &str) -> &str {
+        let settles = |part: &str| key.strip_prefix(part).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
+        self.origins.iter().rev().find(|(part, _)| settles(part)).map_or("default", |(_, origin)| origin)
+    }
+}
+
+fn flatten(key: &str, value: &toml::Value, settings: &mut BTreeMap<String, String>) {
+    match value {
+        toml::Value::Table(table) if !table.is_empty() => {
+            for (name, inner) in table {
+                let path = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+                flatten(&path, inner, settings);
+            }
+        }
+        other => {
+            settings.insert(key.to_owned(), other.to_string());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::configuration::PRESETS;
+
+    #[test]
+    fn a_lone_layer_means_what_its_text_means() {
+        for (name, text) in PRESETS {
+            let layered = resolve(&Sources { preset: Some(name), ..Sources::default() }).unwrap();
+            assert_eq!(layered.config, parse(text, name).unwrap());
+        }
+    }
+
+    #[test]
+    fn later_layers_come_before_earlier_ones() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            path
+        };
+        write(FOLDER_FILE, "seed = 1\n[metric.mae]\nthreshold = \"3pr\"\n");
+        let file = write("mine.toml", "seed = 2\n");
+        let set = ["support.min-points=4".to_owned()];
+        let sources =
+            Sources { preset: Some("paper"), folder: Some(folder.path()), file: Some(&file), set: &set, seed: None };
+        let layered = resolve(&sources).unwrap();
+        let text = layered.explained().unwrap();
+        let origin = |setting: &str| {
+            let line = text.lines().find(|line| line.starts_with(setting)).unwrap();
+            line.split("# ").nth(1).unwrap().to_owned()
+        };
+        assert_eq!(layered.config.seed, 2);
+        assert!(origin("seed = 2").ends_with("mine.toml"));
+        assert!(origin("metric.mae.threshold = \"3pr\"").ends_with(FOLDER_FILE));
+        assert_eq!(origin("support.min-points = 4"), "--set support.min-points=4");
+        assert_eq!(origin("sampling.voxel-grid.leaf"), "preset paper");
+        write(FOLDER_FILE, "sed = 1\n");
+        let message = resolve(&Sources { folder: Some(folder.path()), ..Sources::default() }).unwrap_err().to_string();
+        assert!(message.contains("congruent.toml:1:1"), "{message}");
+    }
+}

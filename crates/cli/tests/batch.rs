@@ -1,0 +1,166 @@
+//! `congruent batch` and `merge` as a user meets them: one broken scan among four good ones.
+#![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
+use congruent_io::write_ply;
+use congruent_simulation::pair::{PairOptions, figurine_pair};
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+/// Four small looks at a figurine, and a file that is cut off.
+fn scans() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    let look = |azimuth: f64| {
+        let options = PairOptions { azimuth, view_angle: 30f64.to_radians(), pixels: 100, ..PairOptions::default() };
+        let pair = figurine_pair(&options);
+        [pair.source, pair.target]
+    };
+    let looks = [look(0.0), look(60f64.to_radians())];
+    for (i, scan) in looks.as_flattened().iter().enumerate() {
+        write_ply(&folder.path().join(format!("view{}.ply", i + 8)), &scan.points, None, &[]).unwrap();
+    }
+    std::fs::write(folder.path().join("broken.ply"), "ply\nformat ascii 1.0\nelement vertex 9\n").unwrap();
+    std::fs::write(folder.path().join("congruent.toml"), "seed = 11\n").unwrap();
+    folder
+}
+
+fn congruent(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_congruent")).args(arguments).output().unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn batch(input: &Path, output: &Path, more: &[&str]) -> Output {
+    let places = [input.to_str().unwrap(), "-o", output.to_str().unwrap()];
+    congruent(&[&["batch"], &places[..], more].concat())
+}
+
+/// The rows without their times.
+fn rows(folder: &Path) -> Vec<Value> {
+    let text = std::fs::read_to_string(folder.join("results.jsonl")).unwrap();
+    let row = |line: &str| {
+        let mut row: Value = serde_json::from_str(line).unwrap();
+        assert!(row["timings"].take()["total"].is_number());
+        row
+    };
+    text.lines().map(row).collect()
+}
+
+/// The table without its last column, the time.
+fn table(folder: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(folder.join("results.csv")).unwrap();
+    text.lines().map(|line| line.rsplit_once(',').unwrap().0.to_owned()).collect()
+}
+
+#[test]
+fn every_pair_has_a_row_and_shards_and_threads_change_nothing() {
+    let (scans, out) = (scans(), TempDir::new().unwrap());
+    let at = |name: &str| out.path().join(name);
+    let whole = batch(scans.path(), &at("whole"), &["--threads", "4"]);
+    assert_eq!(whole.status.code(), Some(1), "{}", stderr(&whole));
+    assert!(stderr(&whole).contains("[10/10]") && stderr(&whole).contains("4 without a verdict"), "{}", stderr(&whole));
+    let rows_of_whole = rows(&at("whole"));
+    assert_eq!(rows_of_whole.len(), 10);
+    for row in &rows_of_whole {
+        if row["id"].as_str().unwrap().contains("broken") {
+            assert!(row["status"] == "error" && row["error"].as_str().unwrap().contains("broken.ply: "), "{row}");
+        } else {
+            assert!(row["status"] == "done" && row["verdict"].is_string() && row["confidence"].is_number(), "{row}");
+        }
+    }
+    let neighbours = rows_of_whole.iter().find(|row| row["id"] == "view9.ply--view8.ply").unwrap();
+    assert_eq!(neighbours["verdict"], "ok");
+
+    let mut merge = vec!["merge".to_owned(), "-o".to_owned(), at("merged").to_str().unwrap().to_owned()];
+    for part in ["1/3", "2/3", "3/3"] {
+        let folder = at(&part.replace('/', "of"));
+        let threads = if part == "2/3" { "4" } else { "1" };
+        batch(scans.path(), &folder, &["--shard", part, "--threads", threads, "--memory", "1K"]);
+        merge.push(folder.to_str().unwrap().to_owned());
+    }
+    let merged = congruent(&merge.iter().map(String::as_str).collect::<Vec<_>>());
+    assert_eq!(merged.status.code(), Some(1), "{}", stderr(&merged));
+    assert_eq!(rows(&at("merged")), rows_of_whole);
+    assert_eq!(table(&at("merged")), table(&at("whole")));
+    for name in ["run.json", "configuration.toml"] {
+        assert_eq!(std::fs::read(at("merged").join(name)).unwrap(), std::fs::read(at("whole").join(name)).unwrap());
+    }
+    let lacking = congruent(&["merge", &merge[3], "-o", at("lacking").to_str().unwrap()]);
+    assert!(lacking.status.code() == Some(2) && stderr(&lacking).contains("4 of 10"), "{}", stderr(&lacking));
+}
+
+#[test]
+fn a_killed_run_goes_on_and_another_one_is_refused() {
+    let (scans, out) = (scans(), TempDir::new().unwrap());
+    let out = out.path();
+    let run = |more: &[&str]| batch(scans.path(), out, &[&["--sequential"], more].concat());
+    assert_eq!(run(&[]).status.code(), Some(1));
+    let before = (rows(out), table(out));
+    assert_eq!(before.0.len(), 4);
+    assert_eq!(before.0[3]["id"], "view9.ply--view8.ply");
+    assert_eq!(before.0[0]["id"], "view10.ply--view9.ply");
+
+    let again = run(&[]);
+    assert!(again.status.code() == Some(2) && stderr(&again).contains("--resume"), "{}", stderr(&again));
+    let other = run(&["--resume", "--seed", "12"]);
+    assert!(other.status.code() == Some(2) && stderr(&other).contains("configuration"), "{}", stderr(&other));
+
+    let rows_file = out.join("results.jsonl");
+    let text = std::fs::read(&rows_file).unwrap();
+    std::fs::write(&rows_file, &text[..text.len() / 2]).unwrap();
+    let resumed = run(&["--resume"]);
+    assert_eq!(resumed.status.code(), Some(1), "{}", stderr(&resumed));
+    assert!(!stderr(&resumed).contains("/4]"), "rows that were there are not made again: {}", stderr(&resumed));
+    assert_eq!((rows(out), table(out)), before);
+}
+
+#[test]
+fn tables_name_pairs_and_the_written_table_is_one() {
+    let (scans, out) = (scans(), TempDir::new().unwrap());
+    let pairs = scans.path().join("pairs.jsonl");
+    let identity = "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]";
+    let line = format!("{{\"source\":\"view9.ply\",\"target\":\"view9.ply\",\"id\":\"self\",\"truth\":{identity}}}\n");
+    std::fs::write(&pairs, line).unwrap();
+    let first = batch(&pairs, &out.path().join("first"), &[]);
+    assert_eq!(first.status.code(), Some(0), "{}", stderr(&first));
+    let row = &rows(&out.path().join("first"))[0];
+    assert!(row["id"] == "self" && row["rotation_error_deg"].as_f64().unwrap() < 0.1, "{row}");
+    std::fs::copy(out.path().join("first/results.csv"), scans.path().join("again.csv")).unwrap();
+    let second = batch(&scans.path().join("again.csv"), &out.path().join("second"), &[]);
+    assert_eq!(second.status.code(), Some(0), "{}", stderr(&second));
+    let again = &rows(&out.path().join("second"))[0];
+    assert_eq!((&again["target_from_source"], &again["seed"]), (&row["target_from_source"], &row["seed"]));
+}
+
+#[test]
+fn a_pair_over_its_time_is_a_row_and_alike_scans_are_paired() {
+    let (scans, out) = (scans(), TempDir::new().unwrap());
+    let output = batch(scans.path(), out.path(), &["--pairs", "auto", "--neighbors", "1", "--time-limit", "0.000001"]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let rows = rows(out.path());
+    assert!((3..=4).contains(&rows.len()), "{rows:?}");
+    for row in rows {
+        let expected = if row["id"].as_str().unwrap().contains("broken") { "error" } else { "timed-out" };
+        assert_eq!(row["status"], expected);
+    }
+}
+
+#[test]
+fn config_show_explains_where_a_setting_comes_from() {
+    let scans = scans();
+    let folder = scans.path().to_str().unwrap();
+    let output =
+        congruent(&["config", "show", "paper", "--explain", "--folder", folder, "--set", "support.min-points=4"]);
+    let text = String::from_utf8(output.stdout.clone()).unwrap();
+    let ends = |start: &str, end: &str| text.lines().any(|line| line.starts_with(start) && line.ends_with(end));
+    assert!(
+        ends("seed = 11", "congruent.toml") && ends("support.min-points = 4", "--set support.min-points=4"),
+        "{text}"
+    );
+    assert!(ends("sampling.voxel-grid.leaf", "preset paper"), "{text}");
+    let plain = congruent(&["config", "show", "--explain"]);
+    assert!(String::from_utf8(plain.stdout).unwrap().lines().all(|line| line.ends_with("# default")));
+}

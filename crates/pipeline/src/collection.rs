@@ -1,0 +1,317 @@
+//! Many pairs of few scans: each scan is described once, with lengths that all pairs share.
+//!
+//! [`register`](crate::register) takes its lengths from the two scans of a pair, so a scan that is in ten pairs is
+//! described ten times. A [`Collection`] settles them once: `pr` of the scans as they came, and `pr` after sampling,
+//! are the medians of what the scans would have alone. With `[sampling.budget]` the cell is two `pr`, so the grid is the
+//! one that fits the median scan. Every step of the escalation is made: a step with another budget has its own grid,
+//! and a scan is described for it (or with its normals turned) only when a pair asks.
+
+use crate::chain::{Chain, Prepared};
+use crate::preparation::sample;
+use crate::register::{Attempt, escalated};
+use crate::stage::Clock;
+use crate::{BudgetConfig, Counts, Failure, Pair, PipelineConfig, Registration, SamplingConfig, Signs, Stage, Trace};
+use crate::{VoxelGridConfig, stages};
+use congruent_descriptors::{DescriptorConfig, Features};
+use congruent_geometry::{Length, Oriented, Point, Scan, Surface};
+use congruent_keypoints::Keypoint;
+use nalgebra::Vector3;
+use std::sync::Arc;
+
+/// The lengths of many scans, and what is done with them.
+#[derive(Clone, Debug)]
+pub struct Collection {
+    config: PipelineConfig,
+    raw_resolution: f64,
+    /// `pr` after sampling, for each budget of the configuration.
+    resolutions: Vec<f64>,
+}
+
+/// What a collection needs to know of a scan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScanSummary {
+    /// Points as they came, without the dropped ones.
+    pub points: usize,
+    /// Of the scan as it came, data units.
+    raw_resolution: f64,
+    /// After sampling, for each budget of the configuration, were the scan alone.
+    resolutions: Vec<f64>,
+}
+
+/// In which form a pair needs a scan.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Variant {
+    /// Position among the budgets of the configuration.
+    budget: usize,
+    /// Position among its descriptors.
+    descriptor: usize,
+    /// With the normals turned to the other side.
+    turned: bool,
+}
+
+/// A scan, sampled, with keypoints and descriptors; or why that could not be done.
+pub struct DescribedScan {
+    /// The scan as it came, centred: the last refinement works on it.
+    points: Vec<Point>,
+    origin: Vector3<f64>,
+    described: Result<Described, Failure>,
+}
+
+struct Described {
+    surface: Surface,
+    oriented: Oriented,
+    keypoints: Vec<Keypoint>,
+    features: Features,
+}
+
+impl ScanSummary {
+    /// Measures one scan.
+    ///
+    /// # Errors
+    /// The grid leaves too few points of it.
+    pub fn new(scan: &Scan, config: &PipelineConfig) -> Result<ScanSummary, Failure> {
+        let mut summary = ScanSummary { points: scan.points().len(), raw_resolution: 0.0, resolutions: Vec::new() };
+        for sampling in samplings(config) {
+            let sampled = sample(&[scan], &sampling, config.normals.source)?;
+            summary.raw_resolution = sampled.raw_resolution;
+            summary.resolutions.push(sampled.resolution);
+        }
+        Ok(summary)
+    }
+}
+
+impl Collection {
+    /// Settles the lengths; `None` for no scans.
+    #[must_use]
+    pub fn new(scans: &[ScanSummary], config: &PipelineConfig) -> Option<Collection> {
+        let budgets = samplings(config).len();
+        Some(Collection {
+            config: config.clone(),
+            raw_resolution: median(scans.iter().map(|scan| scan.raw_resolution))?,
+            resolutions: (0..budgets)
+                .map(|budget| median(scans.iter().map(|scan| scan.resolutions[budget])))
+                .collect::<Option<_>>()?,
+        })
+    }
+
+    /// The settled lengths, data units: `pr` of the scans as they came, then `pr` after sampling for each budget.
+    #[must_use]
+    pub fn lengths(&self) -> Vec<f64> {
+        std::iter::once(self.raw_resolution).chain(self.resolutions.iter().copied()).collect()
+    }
+
+    /// Samples and describes a scan; the seed has no part in it.
+    #[must_use]
+    pub fn describe(&self, scan: &Scan, variant: Variant) -> DescribedScan {
+        let described = self.described(scan, variant);
+        DescribedScan { points: scan.points().to_vec(), origin: *scan.origin(), described }
+    }
+
+    fn described(&self, scan: &Scan, variant: Variant) -> Result<Described, Failure> {
+        let (config, resolution) = (&self.config, self.resolutions[variant.budget]);
+        let sampled = sample(&[scan], &self.sampling(variant.budget), config.normals.source)?;
+        let (surface, oriented) =
+            stages::normals(sampled.clouds, config, resolution).pop().expect("one surface for one scan");
+        let surface = if variant.turned { surface.flipped() } else { surface };
+        let keypoints = stages::detect(&surface, config, resolution);
+        let points: Vec<u32> = keypoints.iter().map(|keypoint| keypoint.index).collect();
+        let descriptor = descriptors(config)[variant.descriptor].clone();
+        let config = PipelineConfig { descriptor, ..config.clone() };
+        let features = stages::describe(&surface, &points, &config, resolution);
+        Ok(Described { surface, oriented, keypoints, features })
+    }
+
+    /// The grid that all scans share, in data units.
+    fn sampling(&self, budget: usize) -> SamplingConfig {
+        match &self.config.sampling {
+            SamplingConfig::None {} => SamplingConfig::None {},
+            SamplingConfig::VoxelGrid(grid) => SamplingConfig::VoxelGrid(VoxelGridConfig {
+                leaf: Length::Units(grid.leaf.resolve(self.raw_resolution)),
+            }),
+            SamplingConfig::Budget(_) => SamplingConfig::Budget(BudgetConfig {
+                leaf: Length::Units(2.0 * self.resolutions[budget]),
+                max_points: usize::MAX,
+            }),
+        }
+    }
+
+    /// Registers two scans of the collection, like [`register`](crate::register) but with the collection's lengths.
+    ///
+    /// `supply` gives the source and the target, described in the form that is asked for; it may keep what it made.
+    /// `observe` is told each stage as it begins. The result depends on the scans, the lengths and the seed only.
+    ///
+    /// # Errors
+    /// The first error of `supply`.
+    pub fn register<E>(
+        &self,
+        supply: Pair<&dyn Fn(Variant) -> Result<Arc<DescribedScan>, E>>,
+        seed: u64,
+        observe: &dyn Fn(Stage),
+    ) -> Result<Registration, E> {
+        let config = PipelineConfig { seed, ..self.config.clone() };
+        let mut clock = Clock::new(observe);
+        let as_they_are = Pair { source: Variant::default(), target: Variant::default() };
+        let origins = supplied(&supply, as_they_are, &mut clock)?.into_map(|scan| scan.origin);
+        let best = escalated(&config, &mut clock, |config, signs, clock| self.attempt(&supply, config, signs, clock))?;
+        Ok(best.registration(&origins, clock))
+    }
+
+    fn attempt<E>(
+        &self,
+        supply: &Pair<&dyn Fn(Variant) -> Result<Arc<DescribedScan>, E>>,
+        config: &PipelineConfig,
+        signs: Signs,
+        clock: &mut Clock<'_>,
+    ) -> Result<Option<Attempt>, E> {
+        let budget =
+            samplings(&self.config).iter().position(|s| *s == config.sampling).expect("a budget of the configuration");
+        let descriptor = descriptors(&self.config)
+            .iter()
+            .position(|d| *d == config.descriptor)
+            .expect("a descriptor of the configuration");
+        let kept = Variant { budget, descriptor, turned: false };
+        let mut scans = supplied(supply, Pair { source: kept, target: kept }, clock)?;
+        if let (Ok(source), Ok(target)) = (&scans.source.described, &scans.target.described) {
+            let Some(turned) = signs.turned(&Pair { source: source.oriented, target: target.oriented }) else {
+                return Ok(None);
+            };
+            scans = supplied(supply, turned.into_map(|turned| Variant { turned, ..kept }), clock)?;
+        }
+        let counts = Counts { points: scans.map(|scan| scan.points.len()), ..Counts::default() };
+        let (raw_resolution, resolution) = (self.raw_resolution, self.resolutions[budget]);
+        let mut chain = Chain { config, clock, counts, raw_resolution, resolution };
+        let mut trace = Trace::default();
+        let outcome = described(&scans).and_then(|both| {
+            chain.counts.sampled = both.map(|scan| scan.surface.len());
+            chain.counts.keypoints = both.map(|scan| scan.keypoints.len());
+            chain.counts.described = both.map(|scan| scan.features.len());
+            let prepared = Prepared {
+                surfaces: both.map(|scan| scan.surface.clone()),
+                oriented: both.map(|scan| scan.oriented),
+                points: Pair { source: &scans.source.points, target: &scans.target.points },
+            };
+            trace.features = both.map(|scan| scan.features.clone());
+            chain.answered(&prepared, &mut trace)
+        });
+        let counts = chain.counts;
+        // Nobody looks at the trace of a pair among many.
+        Ok(Some(Attempt { outcome, counts, raw_resolution, resolution, trace: Trace::default() }))
+    }
+}
+
+impl DescribedScan {
+    /// Memory that it takes, bytes, to a few per cent.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        /// A point, its normal, and its place in the index.
+        const POINT: usize = 48;
+        let described = self.described.as_ref().map_or(0, |d| {
+            POINT * d.surface.len() + 4 * d.features.rows.len() + size_of::<Keypoint>() * d.keypoints.len()
+        });
+        described + size_of::<Point>() * self.points.len()
+    }
+
+    /// The mean of all descriptors, in single length: a rough word on what the scan shows. Empty where there are none.
+    #[must_use]
+    pub fn signature(&self) -> Vec<f64> {
+        let Ok(Described { features, .. }) = &self.described else { return Vec::new() };
+        if features.is_empty() {
+            return Vec::new();
+        }
+        let mut mean = vec![0.0; features.dim];
+        for i in 0..features.len() {
+            mean.iter_mut().zip(features.row(i)).for_each(|(sum, value)| *sum += f64::from(*value));
+        }
+        let length = mean.iter().map(|value| value * value).sum::<f64>().sqrt();
+        if length > 0.0 { mean.iter().map(|value| value / length).collect() } else { Vec::new() }
+    }
+}
+
+fn supplied<E>(
+    supply: &Pair<&dyn Fn(Variant) -> Result<Arc<DescribedScan>, E>>,
+    variants: Pair<Variant>,
+    clock: &mut Clock<'_>,
+) -> Result<Pair<Arc<DescribedScan>>, E> {
+    clock.time(Stage::Description, || {
+        Ok(Pair { source: (supply.source)(variants.source)?, target: (supply.target)(variants.target)? })
+    })
+}
+
+fn described(scans: &Pair<Arc<DescribedScan>>) -> Result<Pair<&Described>, Failure> {
+    match (&scans.source.described, &scans.target.described) {
+        (Ok(source), Ok(target)) => Ok(Pair { source, target }),
+        (Err(failure), _) | (_, Err(failure)) => Err(failure.clone()),
+    }
+}
+
+/// The samplings that a registration may ask for: the first attempt's, then the other ones of the escalation.
+fn samplings(config: &PipelineConfig) -> Vec<SamplingConfig> {
+    let mut all = vec![config.sampling.clone()];
+    for step in &config.escalation {
+        let sampling = step.applied(config).sampling;
+        if !all.contains(&sampling) {
+            all.push(sampling);
+        }
+    }
+    all
+}
+
+/// The descriptors that a registration may ask for, likewise.
+fn descriptors(config: &PipelineConfig) -> Vec<DescriptorConfig> {
+    let mut all = vec![config.descriptor.clone()];
+    for descriptor in config.escalation.iter().filter_map(|step| step.descriptor.as_ref()) {
+        if !all.contains(descriptor) {
+            all.push(descriptor.clone());
+        }
+    }
+    all
+}
+
+/// The middle one, or the mean of the two in the middle.
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    (n > 0).then(|| 0.5 * (values[(n - 1) / 2] + values[n / 2]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Verdict, register};
+    use congruent_simulation::pair::{PairOptions, figurine_pair};
+    use std::convert::Infallible;
+
+    #[test]
+    fn the_median_is_in_the_middle() {
+        for (values, expected) in
+            [(vec![], None), (vec![2.0], Some(2.0)), (vec![9.0, 1.0], Some(5.0)), (vec![3.0, 7.0, 1.0], Some(3.0))]
+        {
+            assert_eq!(median(values.into_iter()), expected);
+        }
+    }
+
+    #[test]
+    fn each_budget_of_the_escalation_is_listed_once() {
+        assert_eq!(samplings(&PipelineConfig::default()).len(), 2);
+        let none = PipelineConfig { sampling: SamplingConfig::None {}, ..PipelineConfig::default() };
+        assert_eq!(samplings(&none), [SamplingConfig::None {}]);
+    }
+
+    /// Two copies of one scan have the lengths of each, so nothing is different from an ordinary pair.
+    #[test]
+    fn scans_of_equal_lengths_register_as_a_pair_does() {
+        let pair = figurine_pair(&PairOptions { pixels: 120, ..PairOptions::default() });
+        let scans = Pair { source: Scan::new(&pair.source).unwrap(), target: Scan::new(&pair.source).unwrap() };
+        let config = PipelineConfig { seed: 5, ..PipelineConfig::default() };
+        let summaries: Vec<ScanSummary> =
+            [&scans.source, &scans.target].map(|scan| ScanSummary::new(scan, &config).unwrap()).to_vec();
+        let collection = Collection::new(&summaries, &config).unwrap();
+        let source = |variant| Ok::<_, Infallible>(Arc::new(collection.describe(&scans.source, variant)));
+        let target = |variant| Ok::<_, Infallible>(Arc::new(collection.describe(&scans.target, variant)));
+        let Ok(one) = collection.register(Pair { source: &source, target: &target }, 5, &|_| {});
+        let other = register(&scans.source, &scans.target, &config, &|_| {});
+        assert_eq!(one.verdict, Verdict::Ok);
+        assert_eq!((one.target_from_source, one.counts), (other.target_from_source, other.counts));
+    }
+}
