@@ -9,6 +9,7 @@ mod configuration;
 mod output;
 mod progress;
 mod result;
+mod rows;
 
 use clap::Parser;
 use std::process::ExitCode;
