@@ -36,6 +36,9 @@ fn help_is_as_it_was() {
         vec!["inspect", "--help"],
         vec!["config", "--help"],
         vec!["demo", "--help"],
+        vec!["evaluate", "--help"],
+        vec!["experiment", "--help"],
+        vec!["simulate", "--help"],
     ] {
         let output = congruent(&command);
         assert_eq!(output.status.code(), Some(0));

@@ -35,6 +35,12 @@ pub fn mcnemar(only_first: usize, only_second: usize) -> f64 {
     (2.0 * tail).min(1.0)
 }
 
+/// A probability as text.
+#[must_use]
+pub fn p_text(p: f64) -> String {
+    if p < 1e-4 { "<0.0001".to_owned() } else { format!("{p:.4}") }
+}
+
 /// The middle value, of an even number the mean of the middle two; nothing for no values.
 #[must_use]
 pub fn median(values: &[f64]) -> Option<f64> {

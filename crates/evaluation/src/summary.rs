@@ -1,6 +1,6 @@
 //! The table over many pairs.
 
-use crate::statistics::{mcnemar, median, wilson};
+use crate::statistics::{mcnemar, median, p_text, wilson};
 use crate::{PairRow, Status};
 use std::collections::HashMap;
 use std::fmt::{self, Write};
@@ -90,7 +90,7 @@ impl fmt::Display for Summary<'_> {
             let (good, all) = right(&possible, 2.5);
             writeln!(
                 f,
-                "{hopeless} pairs have fewer than {MIN_TRUE_MATCHES} true matches and count as wrong unless another way was found; without them at 2.5 pr: {}",
+                "{hopeless} pairs have fewer than {MIN_TRUE_MATCHES} true matches; they count above. Without them at 2.5 pr: {}",
                 share(good, all)
             )?;
         }
@@ -138,10 +138,10 @@ pub fn mcnemar_of(first: &[PairRow], second: &[PairRow]) -> String {
         let (this_alone, other_alone) = (count(&|a, b| a && !b), count(&|a, b| b && !a));
         let both = count(&|a, b| a && b);
         line(format_args!(
-            "{d_rmse:>6.1} pr{:>10}{:>10}{this_alone:>12}{other_alone:>12}{:>10.4}",
+            "{d_rmse:>6.1} pr{:>10}{:>10}{this_alone:>12}{other_alone:>12}{:>10}",
             both + this_alone,
             both + other_alone,
-            mcnemar(this_alone, other_alone)
+            p_text(mcnemar(this_alone, other_alone))
         ));
     }
     text

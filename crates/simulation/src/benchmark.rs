@@ -24,11 +24,10 @@ const IN_SCENE: usize = 4;
 const MIN_OVERLAP: f64 = 0.1;
 /// Points are shared within this, in resolutions: the evaluation's own rule.
 const SHARED_WITHIN_PR: f64 = 4.0;
-/// Image side of a laser scan of one figurine, of a Kinect image of it, and of scenes.
-const LASER_PIXELS: u32 = 180;
-const KINECT_PIXELS: u32 = 120;
-const SCENE_PIXELS: u32 = 320;
-/// Laser noise and its quantisation, figurine units (hundredths of its height).
+/// Image sides of one figurine and of a scene, by laser (25 000 points or more, as in U3M) and by Kinect.
+const LASER_PIXELS: [u32; 2] = [320, 480];
+const KINECT_PIXELS: [u32; 2] = [140, 320];
+/// Laser noise, figurine units (hundredths of its height).
 const LASER_SIGMA: f64 = 0.04;
 /// A Kinect's noise grows with the square of the range; at a figurine's distance it is about half a resolution.
 const KINECT_GROWTH: f64 = 6e-6;
@@ -36,8 +35,8 @@ const KINECT_GROWTH: f64 = 6e-6;
 const KINECT_STEP: f64 = 0.25;
 /// Holes where a Kinect sees nothing.
 const KINECT_HOLES: usize = 6;
-/// Distance of the sensor in radii of what it looks at.
-const DISTANCE_FACTOR: f64 = 3.5;
+/// Distance of the sensor in radii of what it looks at: a figurine, a scene.
+const DISTANCE_FACTORS: [f64; 2] = [3.5, 2.0];
 /// Radius of the circle that a scene's figurines stand on.
 const SCENE_RADIUS: f64 = 62.0;
 /// Side of the table that they stand on.
@@ -87,6 +86,13 @@ pub struct Benchmark {
     models: Vec<Mesh>,
 }
 
+/// What a sensor looks at.
+#[derive(Clone, Copy)]
+enum Subject {
+    Figurine,
+    Scene,
+}
+
 /// A scan that knows where it was taken from.
 struct Look {
     name: String,
@@ -120,7 +126,7 @@ impl Benchmark {
                 // All around, but not evenly, and from a little below to well above.
                 let azimuth = TAU * (view as f64 + stream.between(-0.35, 0.35)) / VIEWS as f64;
                 let elevation = stream.between(-0.15, 0.7);
-                self.look(&mesh, azimuth, elevation, self.kind.pixels(), item, format!("g{group:03}_v{view}.ply"))
+                self.look(&mesh, [azimuth, elevation], Subject::Figurine, item, format!("g{group:03}_v{view}.ply"))
             })
             .collect();
         let candidates: Vec<(usize, usize)> =
@@ -153,7 +159,7 @@ impl Benchmark {
         }
         let (azimuth, elevation) = (stream.between(0.0, TAU), stream.between(0.35, 0.75));
         let item = u64::MAX / 2 + group;
-        let scene = self.look(&mesh, azimuth, elevation, SCENE_PIXELS, item, format!("scene{group:03}.ply"));
+        let scene = self.look(&mesh, [azimuth, elevation], Subject::Scene, item, format!("scene{group:03}.ply"));
         let mut looks = vec![scene];
         for (&model, place) in present.iter().zip(&places) {
             let mut look = self.model(group, model, &mut stream);
@@ -173,11 +179,17 @@ impl Benchmark {
         }
         let (azimuth, elevation) = (stream.between(0.0, TAU), stream.between(0.0, 0.6));
         let item = u64::MAX / 4 + group * MODELS + model as u64;
-        self.look(mesh, azimuth, elevation, self.kind.pixels(), item, format!("model{model}_{group:03}.ply"))
+        self.look(mesh, [azimuth, elevation], Subject::Figurine, item, format!("model{model}_{group:03}.ply"))
     }
 
-    fn look(&self, mesh: &Mesh, azimuth: f64, elevation: f64, pixels: u32, item: u64, name: String) -> Look {
-        let orbit = VirtualScanner::orbit(mesh, azimuth, elevation, DISTANCE_FACTOR, pixels);
+    fn look(&self, mesh: &Mesh, [azimuth, elevation]: [f64; 2], subject: Subject, item: u64, name: String) -> Look {
+        let orbit = VirtualScanner::orbit(
+            mesh,
+            azimuth,
+            elevation,
+            DISTANCE_FACTORS[subject as usize],
+            self.kind.pixels()[subject as usize],
+        );
         let scanner = VirtualScanner { noise: self.kind.noise(), ..orbit };
         let seed = Stream::new(self.seed, item).below(u32::MAX).into();
         let RangeScan { points, world_from_sensor, .. } = scanner.scan(mesh, seed);
@@ -196,7 +208,7 @@ impl Kind {
         matches!(self, Kind::BmrLike | Kind::Bod5Like)
     }
 
-    fn pixels(self) -> u32 {
+    fn pixels(self) -> [u32; 2] {
         if self.is_kinect() { KINECT_PIXELS } else { LASER_PIXELS }
     }
 

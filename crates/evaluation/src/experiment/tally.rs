@@ -2,7 +2,7 @@
 
 use super::{Axis, Cell, Measured, Plan};
 use crate::csv_line;
-use crate::statistics::{mcnemar, median, wilson};
+use crate::statistics::{mcnemar, median, p_text, wilson};
 use std::collections::HashMap;
 use std::fmt::Write;
 
@@ -151,8 +151,8 @@ impl Tally {
                 let alone = both().filter(|(a, b)| is_right(a, d_rmse) && !is_right(b, d_rmse)).count();
                 let other = both().filter(|(a, b)| !is_right(a, d_rmse) && is_right(b, d_rmse)).count();
                 let case = self.varying(plan, cell, d_rmse);
-                let p = mcnemar(alone, other);
-                text += &format!("| {case} | {} | {alone} | {other} | {p:.4} |\n", cell.metric);
+                let p = p_text(mcnemar(alone, other));
+                text += &format!("| {case} | {} | {alone} | {other} | {p} |\n", cell.metric);
             }
         }
         text
