@@ -239,13 +239,17 @@ pub(crate) struct SimulateArgs {
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum SimulatedKind {
     /// Laser scans of one object from all around
-    U3mLike,
+    #[value(name = "u3m-like")]
+    U3m,
     /// Depth camera images of one object: noise, steps, holes
-    BmrLike,
+    #[value(name = "bmr-like")]
+    Bmr,
     /// Whole models in cluttered laser scans
-    U3orLike,
+    #[value(name = "u3or-like")]
+    U3or,
     /// Depth camera images of models in cluttered ones
-    Bod5Like,
+    #[value(name = "bod5-like")]
+    Bod5,
 }
 
 #[derive(Debug, ClapArgs)]

@@ -46,13 +46,13 @@ const TABLE_SIZE: f64 = 260.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Laser scans of one object from all around: limited overlap, self-occlusion, little noise.
-    U3mLike,
+    U3m,
     /// Kinect images of one object: noise that grows with the range, steps, holes.
-    BmrLike,
+    Bmr,
     /// Whole models in cluttered laser scans of several objects.
-    U3orLike,
+    U3or,
     /// Kinect images of single objects in cluttered Kinect images of several.
-    Bod5Like,
+    Bod5,
 }
 
 /// A few scans and the pairs among them.
@@ -173,7 +173,7 @@ impl Benchmark {
     /// A figurine by itself, in its own frame: the whole surface, or one image of it.
     fn model(&self, group: u64, model: usize, stream: &mut Stream) -> Look {
         let mesh = &self.models[model];
-        if self.kind == Kind::U3orLike {
+        if self.kind == Kind::U3or {
             let scan = RawScan { points: mesh.points.clone(), ..RawScan::default() };
             return Look { name: format!("model{model}.ply"), scan, world_from_scan: RigidTransform::identity() };
         }
@@ -201,11 +201,11 @@ impl Benchmark {
 
 impl Kind {
     fn has_scenes(self) -> bool {
-        matches!(self, Kind::U3orLike | Kind::Bod5Like)
+        matches!(self, Kind::U3or | Kind::Bod5)
     }
 
     fn is_kinect(self) -> bool {
-        matches!(self, Kind::BmrLike | Kind::Bod5Like)
+        matches!(self, Kind::Bmr | Kind::Bod5)
     }
 
     fn pixels(self) -> [u32; 2] {
@@ -262,7 +262,7 @@ mod tests {
 
     #[test]
     fn every_kind_has_pairs_whose_truth_brings_surface_onto_surface() {
-        for (kind, fewest) in [(Kind::U3mLike, 8), (Kind::BmrLike, 8), (Kind::U3orLike, 4), (Kind::Bod5Like, 4)] {
+        for (kind, fewest) in [(Kind::U3m, 8), (Kind::Bmr, 8), (Kind::U3or, 4), (Kind::Bod5, 4)] {
             let group = Benchmark::new(kind, 5).group(0);
             assert!(group.pairs.len() >= fewest, "{kind:?}: {} pairs", group.pairs.len());
             for pair in &group.pairs {
@@ -280,7 +280,7 @@ mod tests {
 
     #[test]
     fn a_group_depends_on_seed_and_number_alone() {
-        let scans = |seed, group| Benchmark::new(Kind::BmrLike, seed).group(group).scans;
+        let scans = |seed, group| Benchmark::new(Kind::Bmr, seed).group(group).scans;
         assert_eq!(scans(1, 1), scans(1, 1));
         assert_ne!(scans(1, 1), scans(2, 1));
         assert_ne!(scans(1, 1)[0].1, scans(1, 0)[0].1);

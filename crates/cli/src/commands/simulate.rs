@@ -81,19 +81,19 @@ fn description(args: &SimulateArgs) -> String {
 impl SimulatedKind {
     fn name(self) -> &'static str {
         match self {
-            SimulatedKind::U3mLike => "u3m-like",
-            SimulatedKind::BmrLike => "bmr-like",
-            SimulatedKind::U3orLike => "u3or-like",
-            SimulatedKind::Bod5Like => "bod5-like",
+            SimulatedKind::U3m => "u3m-like",
+            SimulatedKind::Bmr => "bmr-like",
+            SimulatedKind::U3or => "u3or-like",
+            SimulatedKind::Bod5 => "bod5-like",
         }
     }
 
     fn about(self) -> &'static str {
         match self {
-            SimulatedKind::U3mLike => "laser scans of figurines from all around",
-            SimulatedKind::BmrLike => "depth camera images of figurines: noise that grows with range, steps, holes",
-            SimulatedKind::U3orLike => "whole figurines in laser scans of several on a table",
-            SimulatedKind::Bod5Like => "depth camera images of figurines in images of several on a table",
+            SimulatedKind::U3m => "laser scans of figurines from all around",
+            SimulatedKind::Bmr => "depth camera images of figurines: noise that grows with range, steps, holes",
+            SimulatedKind::U3or => "whole figurines in laser scans of several on a table",
+            SimulatedKind::Bod5 => "depth camera images of figurines in images of several on a table",
         }
     }
 }
@@ -101,10 +101,10 @@ impl SimulatedKind {
 impl From<SimulatedKind> for Kind {
     fn from(kind: SimulatedKind) -> Kind {
         match kind {
-            SimulatedKind::U3mLike => Kind::U3mLike,
-            SimulatedKind::BmrLike => Kind::BmrLike,
-            SimulatedKind::U3orLike => Kind::U3orLike,
-            SimulatedKind::Bod5Like => Kind::Bod5Like,
+            SimulatedKind::U3m => Kind::U3m,
+            SimulatedKind::Bmr => Kind::Bmr,
+            SimulatedKind::U3or => Kind::U3or,
+            SimulatedKind::Bod5 => Kind::Bod5,
         }
     }
 }
