@@ -165,7 +165,7 @@ fn data_units(text: &str) -> Result<f64, String> {
 /// What every command that registers takes.
 #[derive(Debug, Default, ClapArgs)]
 pub(crate) struct RunArgs {
-    /// A TOML file, or the name of a preset (default, paper)
+    /// A TOML file, or the name of a preset (default, fast, paper)
     #[arg(short, long, value_name = "FILE")]
     pub(crate) config: Option<PathBuf>,
     /// Change one setting, for instance metric.mse.threshold=5pr or metric=inlier-count; may be repeated

@@ -7,8 +7,9 @@ use serde::Deserialize;
 use std::path::Path;
 
 /// The presets, as they are written in `configs/`.
-pub(crate) const PRESETS: [(&str, &str); 2] = [
+pub(crate) const PRESETS: [(&str, &str); 3] = [
     ("default", include_str!("../../../configs/default.toml")),
+    ("fast", include_str!("../../../configs/fast.toml")),
     ("paper", include_str!("../../../configs/paper.toml")),
 ];
 

@@ -7,6 +7,7 @@ mod args;
 mod commands;
 mod configuration;
 mod output;
+mod picture;
 mod progress;
 mod result;
 mod rows;

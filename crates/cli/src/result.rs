@@ -27,6 +27,8 @@ pub(crate) struct Report {
     /// Mean squared parting of the surfaces for a unit motion in each of six independent directions, ascending: small
     /// numbers are directions in which the surfaces slide on each other.
     stiffness: Option<[f64; 6]>,
+    /// The stiffness that noise of the normals alone would make of a plane.
+    stiffness_noise: Option<f64>,
     /// How the two surfaces lie on each other under the pose.
     agreement: Option<Agreement>,
     counts: Counts,
@@ -115,6 +117,7 @@ impl Report {
             score: registration.score,
             log10_false_alarms: registration.log10_false_alarms,
             stiffness: registration.hold.map(|hold| hold.stiffness),
+            stiffness_noise: registration.hold.map(|hold| hold.noise),
             agreement: registration.agreement.map(|a| Agreement {
                 score: a.score,
                 overlap: a.overlap,

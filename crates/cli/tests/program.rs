@@ -51,7 +51,7 @@ fn the_demo_registers_and_says_what_it_wrote() {
     let (folder, output) = demo();
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(stdout(&output).contains("verdict  ok") && stdout(&output).contains("truth  right"), "{}", stdout(&output));
-    for name in ["source.ply", "target.ply", "truth.txt", "result.json", "aligned.ply"] {
+    for name in ["source.ply", "target.ply", "truth.txt", "result.json", "aligned.ply", "picture.svg"] {
         assert!(folder.path().join(name).exists() && stderr(&output).contains(name), "{name}");
     }
 }

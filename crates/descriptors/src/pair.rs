@@ -85,7 +85,8 @@ fn is_first(i: usize, j: usize) -> bool {
 }
 
 fn pair_bins(surface: &Surface, i: u32, j: u32) -> Option<[usize; 3]> {
-    let (i, j) = (i as usize, j as usize);
+    // Always in the same order: of two normals equally near to the line the first leads.
+    let (i, j) = (i.min(j) as usize, i.max(j) as usize);
     let (n1, n2) = (wide(surface.normals()[i]), wide(surface.normals()[j]));
     if n1 == Vector3::zeros() || n2 == Vector3::zeros() {
         return None;

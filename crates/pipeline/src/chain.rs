@@ -2,6 +2,7 @@
 
 use crate::preparation::sample;
 use crate::ranking::{Ranked, Ranking};
+use crate::refining::refined;
 use crate::stage::Clock;
 use crate::verdict::{Evident, Judgement, Significance};
 use crate::{
@@ -10,7 +11,7 @@ use crate::{
 };
 use congruent_descriptors::Features;
 use congruent_estimators::Hypothesis;
-use congruent_geometry::{NeighborIndex, Oriented, RigidTransform, Scan, Surface};
+use congruent_geometry::{Oriented, RigidTransform, Scan, Surface};
 use congruent_keypoints::Keypoint;
 use congruent_matching::Correspondence;
 use congruent_metrics::Evidence;
@@ -153,8 +154,7 @@ impl Chain<'_, '_> {
         });
         let best = ranked[0];
         let refined = self.refined(&prepared.surfaces, &best.target_from_source);
-        let again = ranking.judge(&refined);
-        let kept = if again.score >= best.score { again } else { best };
+        let kept = ranking.judge(&refined);
         Chosen {
             target_from_source: kept.target_from_source,
             ranked: Some(kept),
@@ -162,14 +162,11 @@ impl Chain<'_, '_> {
         }
     }
 
-    /// The source as it came, on the sampled target.
+    /// The scans as they came, on each other.
     fn refined(&mut self, surfaces: &Pair<Surface>, pose: &RigidTransform) -> RigidTransform {
         let RefinementConfig::PointToPlane(config) = &self.config.refinement else { return *pose };
-        let icp = config.build(self.resolution);
-        self.clock.time(Stage::Refinement, || {
-            icp.refine(&surfaces.source, &surfaces.target, surfaces.target.index() as &NeighborIndex, pose)
-                .target_from_source
-        })
+        let (scans, resolution) = (self.scans, self.resolution);
+        self.clock.time(Stage::Refinement, || refined(&scans, surfaces, config, resolution, pose))
     }
 
     /// How firmly the surfaces hold the pose where they touch.

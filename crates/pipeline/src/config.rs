@@ -9,7 +9,7 @@ pub use choice::{
 };
 pub use preparation::{BudgetConfig, NeighborhoodConfig, NormalSource, NormalsConfig, SamplingConfig, VoxelGridConfig};
 
-use congruent_descriptors::{DescriptorConfig, FpfhConfig, FpfhVariant, FrameConfig, ToldiFrameConfig};
+use congruent_descriptors::{DescriptorConfig, FpfhConfig, FpfhVariant, FrameConfig, ShotConfig, ToldiFrameConfig};
 use congruent_estimators::{EstimatorConfig, PivotsConfig};
 use congruent_geometry::Length;
 use congruent_keypoints::{DetectorConfig, SupportFilter, UniformConfig};
@@ -75,10 +75,23 @@ impl Default for PipelineConfig {
             ranking: RankingConfig::Dense(DenseConfig::default()),
             refinement: RefinementConfig::PointToPlane(PointToPlaneConfig::default()),
             verdict: VerdictConfig::Dense(DenseVerdictConfig::default()),
-            escalation: vec![
-                EscalationStep { max_points: 25_000, poses: 500, refined: 100, signs: Signs::Kept },
-                EscalationStep { max_points: 12_000, poses: 300, refined: 50, signs: Signs::Other },
-            ],
+            escalation: escalation(),
         }
     }
+}
+
+/// More points and poses, other radii, another descriptor, and at last the other side of unsure normals.
+fn escalation() -> Vec<EscalationStep> {
+    let fpfh = |radius: f64| {
+        DescriptorConfig::Fpfh(FpfhConfig { radius: Length::Resolutions(radius), variant: FpfhVariant::Open3d })
+    };
+    let by =
+        |descriptor: DescriptorConfig| EscalationStep { descriptor: Some(descriptor), ..EscalationStep::default() };
+    vec![
+        by(fpfh(22.0)),
+        EscalationStep { max_points: Some(25_000), poses: Some(500), refined: Some(100), ..EscalationStep::default() },
+        by(fpfh(10.0)),
+        by(DescriptorConfig::Shot(ShotConfig::default())),
+        EscalationStep { signs: Signs::Other, ..EscalationStep::default() },
+    ]
 }

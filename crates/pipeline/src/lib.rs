@@ -9,6 +9,7 @@ mod failure;
 mod pair;
 mod preparation;
 mod ranking;
+mod refining;
 mod register;
 mod registration;
 mod stage;

@@ -115,12 +115,17 @@ impl Attempt {
 impl EscalationStep {
     fn applied(&self, config: &PipelineConfig) -> PipelineConfig {
         let mut harder = config.clone();
-        harder.pool.poses = self.poses;
-        if let SamplingConfig::Budget(budget) = &mut harder.sampling {
-            budget.max_points = self.max_points;
+        if let Some(poses) = self.poses {
+            harder.pool.poses = poses;
         }
-        if let RankingConfig::Dense(dense) = &mut harder.ranking {
-            dense.refined = self.refined;
+        if let (SamplingConfig::Budget(budget), Some(max_points)) = (&mut harder.sampling, self.max_points) {
+            budget.max_points = max_points;
+        }
+        if let (RankingConfig::Dense(dense), Some(refined)) = (&mut harder.ranking, self.refined) {
+            dense.refined = refined;
+        }
+        if let Some(descriptor) = &self.descriptor {
+            harder.descriptor = descriptor.clone();
         }
         harder
     }

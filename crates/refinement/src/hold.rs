@@ -10,13 +10,16 @@ use nalgebra::{Matrix3, Matrix6, SymmetricEigen, Vector3, Vector6};
 pub struct Hold {
     /// Mean squared parting of the surfaces for a unit motion, ascending.
     pub stiffness: [f64; 6],
+    /// Stiffness that a perfect plane would seem to have, because its normals are noisy.
+    pub noise: f64,
     /// The motions: rotation (radians times the overlap's radius) before translation, target frame.
     pub motions: [Vector6<f64>; 6],
 }
 
 impl Hold {
     /// Nothing holds.
-    pub const NONE: Hold = Hold { stiffness: [0.0; 6], motions: [Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0); 6] };
+    pub const NONE: Hold =
+        Hold { stiffness: [0.0; 6], noise: 0.0, motions: [Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0); 6] };
 
     /// From normal equations about the origin, summed over pairs of this total weight around `middle`.
     pub(crate) fn new(information: &Matrix6<f64>, weight: f64, middle: &Vector3<f64>, radius: f64) -> Hold {
@@ -34,16 +37,32 @@ impl Hold {
         order.sort_by(|&a: &usize, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
         Hold {
             stiffness: order.map(|i| eigen.eigenvalues[i].max(0.0)),
+            noise: 0.0,
             motions: order.map(|i| eigen.eigenvectors.column(i).into_owned()),
         }
     }
 
-    /// How many of the motions part the surfaces by less than `stiffness`.
+    /// Adds what the noise of the normals alone would make of a plane, from the mean squared sine between the normals of
+    /// touching points: each of the two normals errs independently in two directions.
+    pub(crate) fn with_noise(mut self, disagreement: f64) -> Hold {
+        self.noise = disagreement / 4.0;
+        self
+    }
+
+    /// How many of the motions are free: they part the surfaces by less than `stiffness`, and by no more than noisy normals
+    /// would make of a plane; or by next to nothing.
     #[must_use]
     pub fn n_free(&self, stiffness: f64) -> usize {
-        self.stiffness.iter().filter(|&&s| s < stiffness).count()
+        let limit = (NOISE_MARGIN * self.noise).min(stiffness).max(stiffness * NEXT_TO_NOTHING);
+        self.stiffness.iter().filter(|&&s| s < limit).count()
     }
 }
+
+/// What the noise is taken times: between planes, spheres and cylinders (up to 1.03) and loose but right pairs of real
+/// scans (from 1.17).
+const NOISE_MARGIN: f64 = 1.1;
+/// Share of the least stiffness below which noise need not be asked.
+const NEXT_TO_NOTHING: f64 = 0.08;
 
 #[cfg(test)]
 mod tests {

@@ -42,6 +42,8 @@ pub struct Refinement {
     pub information: Matrix6<f64>,
     /// Weighted root mean square of the point-to-plane distances, data units.
     pub residual: f64,
+    /// Sum of the robust weights: how much of the surface touches, the closer the more.
+    pub support: f64,
     /// How firmly the pairs hold the pose.
     pub hold: Hold,
 }
@@ -110,13 +112,14 @@ impl PointToPlane {
                 let Some(found) = nearest.nearest(&narrow(&moved)) else { continue };
                 let offset = moved - wide(fixed.points()[found as usize]);
                 let normal = wide(fixed.normals()[found as usize]);
-                if offset.norm_squared() > radius * radius
-                    || (rotation * wide(moving.normals()[i])).dot(&normal) < self.min_normal_cosine
-                {
+                let cosine = (rotation * wide(moving.normals()[i])).dot(&normal);
+                if offset.norm_squared() > radius * radius || cosine < self.min_normal_cosine {
                     continue;
                 }
                 let distance = offset.dot(&normal);
-                sums.add(&moved, &normal, distance, 1.0 / (1.0 + distance * distance / scale_sq));
+                let weight = 1.0 / (1.0 + distance * distance / scale_sq);
+                sums.add(&moved, &normal, distance, weight);
+                sums.disagreement += weight * (1.0 - cosine * cosine);
             }
             sums
         };
@@ -138,6 +141,8 @@ struct Sums {
     weighted_sq: f64,
     place: Vector3<f64>,
     place_sq: f64,
+    /// Squared sines between the normals of each pair.
+    disagreement: f64,
 }
 
 impl Sums {
@@ -161,6 +166,7 @@ impl Sums {
         self.weighted_sq += other.weighted_sq;
         self.place += other.place;
         self.place_sq += other.place_sq;
+        self.disagreement += other.disagreement;
         self
     }
 
@@ -180,9 +186,16 @@ impl Sums {
         let hold = if self.n_pairs < MIN_PAIRS {
             Hold::NONE
         } else {
-            Hold::new(&self.information, self.weight, &middle, spread)
+            Hold::new(&self.information, self.weight, &middle, spread).with_noise(self.disagreement / self.weight)
         };
-        Refinement { target_from_source: pose, n_pairs: self.n_pairs, information: self.information, residual, hold }
+        Refinement {
+            target_from_source: pose,
+            n_pairs: self.n_pairs,
+            information: self.information,
+            residual,
+            support: self.weight,
+            hold,
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::align::{Aligned, align, write_moved};
 use crate::args::DemoArgs;
-use crate::output;
+use crate::{output, picture};
 use anyhow::{Context, Result};
 use congruent_geometry::{NeighborIndex, RawScan, RigidTransform, Scan, angle_between, mean_displacement, uncentred};
 use congruent_io::{write_file, write_ply, write_pose};
@@ -42,6 +42,8 @@ pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
     let right = judge(&aligned, &pair.target_from_source)?;
     if let (Verdict::Ok, Some(pose)) = (&aligned.registration.verdict, &aligned.registration.target_from_source) {
         write_moved(&directory.join("aligned.ply"), &pair.source, pose)?;
+        let picture = picture::before_and_after(&pair.source, &pair.target, pose);
+        write_file(&directory.join("picture.svg"), picture.as_bytes())?;
     }
     say_what_next(directory, aligned.registration.verdict == Verdict::Ok);
     Ok(if right { aligned.exit_code() } else { ExitCode::FAILURE })
@@ -84,7 +86,11 @@ fn overlap_error(source: &RawScan, target: &RawScan, pose: &RigidTransform, trut
 
 fn say_what_next(directory: &Path, aligned: bool) {
     let at = |name: &str| directory.join(name).display().to_string();
-    let moved = if aligned { format!(", {} (the source moved)", at("aligned.ply")) } else { String::new() };
+    let moved = if aligned {
+        format!(", {} (the source moved), {} (open it in a browser)", at("aligned.ply"), at("picture.svg"))
+    } else {
+        String::new()
+    };
     output::remark(&format!(
         "Wrote {}, {}, {}, {}{moved}.\nNext, your own scans: congruent align SOURCE.ply TARGET.ply --write-aligned aligned.ply",
         at("source.ply"),

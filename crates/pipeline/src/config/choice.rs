@@ -1,5 +1,6 @@
 //! What a user may say about choosing among poses, refining the chosen one, and believing it.
 
+use congruent_descriptors::DescriptorConfig;
 use congruent_geometry::Length;
 use congruent_metrics::DenseRule;
 use congruent_refinement::PointToPlane;
@@ -115,25 +116,32 @@ pub struct DenseVerdictConfig {
     pub rival_score: f64,
 }
 
-/// One more attempt, with more effort or with other assumptions.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+/// One more attempt, with more effort or with other assumptions. What is left out stays as in the first attempt.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct EscalationStep {
     /// For `sampling.budget.max-points`.
-    pub max_points: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_points: Option<usize>,
     /// For `pool.poses`.
-    pub poses: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub poses: Option<usize>,
     /// For `ranking.dense.refined`.
-    pub refined: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refined: Option<usize>,
     /// Of the normals.
     pub signs: Signs,
+    /// Another descriptor: its poses compete with those of the first, its matches are never mixed with them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub descriptor: Option<DescriptorConfig>,
 }
 
 /// The signs of the normals in one attempt.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Signs {
     /// As they were settled.
+    #[default]
     Kept,
     /// Turned round on a scan whose signs are unsure; no attempt where both are sure.
     Other,
