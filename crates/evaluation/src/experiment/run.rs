@@ -16,6 +16,8 @@ use std::time::Instant;
 const INLIER_WITHIN_PR: f64 = 5.0;
 /// Poses that a metric is timed on.
 const TIMED_POSES: usize = 100;
+/// How often; the fastest round counts.
+const TIMED_ROUNDS: usize = 5;
 
 /// Where in the sweep a result belongs.
 #[derive(Clone, Debug, PartialEq)]
@@ -207,15 +209,19 @@ fn best(ranked: &[Hypothesis], iterations: u64) -> Option<RigidTransform> {
     ranked.iter().find(|h| h.trial < iterations).map(|h| h.target_from_source)
 }
 
-/// Mean time for one pose of the stream, microseconds.
+/// Mean time for one pose of the stream in the fastest round, microseconds.
 fn time_of(metric: &dyn Metric, generator: &dyn HypothesisGenerator, evidence: &Evidence) -> Option<f64> {
     let poses: Vec<RigidTransform> =
         (0..generator.trials()).filter_map(|trial| generator.propose(trial)).take(TIMED_POSES).collect();
-    let start = Instant::now();
-    for pose in &poses {
-        black_box(metric.score(evidence, pose));
-    }
-    (!poses.is_empty()).then(|| start.elapsed().as_secs_f64() * 1e6 / poses.len() as f64)
+    let round = |_| {
+        let start = Instant::now();
+        for pose in &poses {
+            black_box(metric.score(evidence, pose));
+        }
+        start.elapsed().as_secs_f64() * 1e6 / poses.len() as f64
+    };
+    // A round of a fast metric is shorter than an interruption by another process.
+    (!poses.is_empty()).then(|| (0..TIMED_ROUNDS).map(round).fold(f64::INFINITY, f64::min))
 }
 
 #[cfg(test)]
