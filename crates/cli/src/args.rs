@@ -54,6 +54,8 @@ pub(crate) enum Command {
     Simulate(SimulateArgs),
     /// Say what a scan file holds
     Inspect(InspectArgs),
+    /// Write a scan in another format
+    Convert(ConvertArgs),
     /// Show or check a configuration
     #[command(subcommand)]
     Config(ConfigCommand),
@@ -63,7 +65,7 @@ pub(crate) enum Command {
 
 #[derive(Debug, ClapArgs)]
 pub(crate) struct AlignArgs {
-    /// The scan to be moved (PLY: points or a mesh)
+    /// The scan to be moved: points or a mesh (PLY, OBJ, STL, OFF, PCD, XYZ/TXT/CSV, LAS/LAZ, E57)
     pub(crate) source: PathBuf,
     /// The scan that stays
     pub(crate) target: PathBuf,
@@ -85,7 +87,7 @@ pub(crate) struct AlignArgs {
 
 #[derive(Debug, ClapArgs)]
 pub(crate) struct KeypointsArgs {
-    /// The scan (PLY)
+    /// The scan, in any format that align reads
     pub(crate) scan: PathBuf,
     /// Where to write x,y,z,response,index; stdout if not given
     #[arg(short, long, value_name = "FILE.csv")]
@@ -96,7 +98,7 @@ pub(crate) struct KeypointsArgs {
 
 #[derive(Debug, ClapArgs)]
 pub(crate) struct DescribeArgs {
-    /// The scan (PLY)
+    /// The scan, in any format that align reads
     pub(crate) scan: PathBuf,
     /// Describe these places (columns x,y,z) and not those that the configured detector finds
     #[arg(long, value_name = "FILE.csv")]
@@ -261,11 +263,21 @@ pub(crate) struct InspectArgs {
     pub(crate) json: bool,
 }
 
+#[derive(Debug, ClapArgs)]
+pub(crate) struct ConvertArgs {
+    /// The scan to be read, recognised by its content: PLY, OBJ, STL, OFF, PCD, XYZ/TXT/CSV, LAS/LAZ or E57
+    #[arg(value_name = "A")]
+    pub(crate) from: PathBuf,
+    /// The file to be written; its extension says which format
+    #[arg(value_name = "B")]
+    pub(crate) to: PathBuf,
+}
+
 #[derive(Debug, Subcommand)]
 pub(crate) enum ConfigCommand {
-    /// Print a preset with its explanations
+    /// Print a preset with its explanations, or every member of every family
     Show {
-        /// Which one
+        /// default, fast, paper, or members
         #[arg(default_value = "default")]
         preset: String,
     },

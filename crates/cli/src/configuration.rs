@@ -13,6 +13,9 @@ pub(crate) const PRESETS: [(&str, &str); 3] = [
     ("paper", include_str!("../../../configs/paper.toml")),
 ];
 
+/// What `config show members` prints: every member of every family.
+pub(crate) const MEMBERS: &str = include_str!("../../../configs/members.toml");
+
 /// Settings that choose a member of a family: naming another member replaces the first.
 const FAMILIES: [&str; 7] =
     ["sampling", "normals.orientation", "detector", "descriptor", "matcher", "estimator", "metric"];
@@ -137,6 +140,40 @@ fn suggestion(unknown: &str, valid: &[&str]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The tables of the members document, each a configuration of its own.
+    fn members() -> Vec<String> {
+        let mut tables: Vec<String> = Vec::new();
+        for line in MEMBERS.lines().filter(|line| !line.starts_with('#')) {
+            if line.starts_with('[') {
+                tables.push(String::new());
+            }
+            if let Some(table) = tables.last_mut() {
+                *table += &format!("{line}\n");
+            }
+        }
+        tables
+    }
+
+    #[test]
+    fn every_member_is_shown_at_its_defaults() {
+        for table in members() {
+            let header = table.lines().next().unwrap();
+            assert_eq!(parse(&table, "members").unwrap(), parse(header, "members").unwrap(), "{table}");
+        }
+    }
+
+    #[test]
+    fn no_member_is_left_out() {
+        for family in ["detector", "descriptor", "frame", "matcher", "estimator", "metric"] {
+            let refused = refused(&format!("[{family}.nothing]"));
+            let listed: Vec<&str> = refused.split('`').skip(3).step_by(2).collect();
+            assert!(listed.len() > 1, "{refused}");
+            for member in listed {
+                assert!(MEMBERS.contains(&format!("[{family}.{member}]")), "[{family}.{member}] is not shown");
+            }
+        }
+    }
 
     fn refused(text: &str) -> String {
         parse(text, "my.toml").unwrap_err().to_string()

@@ -180,7 +180,10 @@ impl Report {
         }
         line(
             "resolution",
-            format!("{:.4} as scanned, {:.4} sampled (data units)", self.resolution.raw, self.resolution.sampled),
+            format!(
+                "{:.4} as scanned, {:.4} working length (data units)",
+                self.resolution.raw, self.resolution.sampled
+            ),
         );
         let stages: Vec<String> =
             self.timings.iter().filter(|t| *t.0 != "total").map(|(stage, s)| format!("{stage} {s:.2}")).collect();

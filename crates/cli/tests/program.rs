@@ -34,6 +34,7 @@ fn help_is_as_it_was() {
         vec!["--help"],
         vec!["align", "--help"],
         vec!["inspect", "--help"],
+        vec!["convert", "--help"],
         vec!["config", "--help"],
         vec!["demo", "--help"],
         vec!["evaluate", "--help"],

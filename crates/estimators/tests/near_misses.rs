@@ -7,8 +7,10 @@ use congruent_estimators::{ThreePoint, sample_all};
 use congruent_geometry::mean_displacement;
 use congruent_metrics::{Evidence, Exp, InlierCount, LogCosh, Mae, Metric, Mse, Summed};
 use congruent_simulation::correspondences::{CorrespondenceScene, NearMiss};
+use rayon::prelude::*;
 
-const TRIALS: u64 = 1000;
+/// Enough that chance moves an accuracy by less than a point.
+const TRIALS: u64 = 3000;
 const HYPOTHESES: u64 = 1000;
 /// Inlier threshold, pr.
 const THRESHOLD: f64 = 7.5;
@@ -17,8 +19,8 @@ const MAX_DISPLACEMENT: f64 = 2.5;
 /// The expected accuracies come from an independent program: 150 to 200 trials (a standard error of up to 3.5 points) on
 /// scenes of the same recipe.
 const REFERENCE: f64 = 0.08;
-/// Two standard errors of the accuracies here.
-const CHANCE: f64 = 0.03;
+/// Metrics that do alike may swap places by this much.
+const CHANCE: f64 = 0.01;
 
 /// MSE, LOG-COSH, MAE, EXP, inlier count.
 type Accuracies = [f64; 5];
@@ -31,16 +33,15 @@ fn accuracies(scene: &CorrespondenceScene) -> Accuracies {
         &Summed(Exp::new(THRESHOLD)),
         &Summed(InlierCount::new(THRESHOLD)),
     ];
-    let mut right = [0u32; 5];
-    for seed in 0..TRIALS {
+    let is_right = |seed: u64| -> [u32; 5] {
         let pairs = scene.generate(seed);
         let evidence = Evidence::new(pairs.source.iter().copied().zip(pairs.target.iter().copied()));
         let ranked = sample_all(&ThreePoint::new(&evidence, HYPOTHESES, seed), &metrics, &evidence, 1);
-        for (right, best) in right.iter_mut().zip(ranked) {
-            let error = mean_displacement(&pairs.surface, &best[0].target_from_source, &pairs.truth);
-            *right += u32::from(error < MAX_DISPLACEMENT);
-        }
-    }
+        let error = |pose| mean_displacement(&pairs.surface, pose, &pairs.truth);
+        std::array::from_fn(|metric| u32::from(error(&ranked[metric][0].target_from_source) < MAX_DISPLACEMENT))
+    };
+    let trials: Vec<[u32; 5]> = (0..TRIALS).into_par_iter().map(is_right).collect();
+    let right: [u32; 5] = std::array::from_fn(|metric| trials.iter().map(|trial| trial[metric]).sum());
     right.map(|n| f64::from(n) / TRIALS as f64)
 }
 
@@ -50,7 +51,7 @@ fn scene(inlier_share: f64, near_miss_share: f64) -> CorrespondenceScene {
 
 fn check(scene: &CorrespondenceScene, expected: Accuracies) {
     let found = accuracies(scene);
-    let close = found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() <= REFERENCE + CHANCE);
+    let close = found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() <= REFERENCE);
     assert!(close, "{scene:?}: {found:?}, expected {expected:?}");
     let ordered = found.windows(2).all(|pair| pair[0] >= pair[1] - CHANCE);
     assert!(ordered, "{scene:?}: {found:?} should fall from MSE to the inlier count");

@@ -13,6 +13,8 @@ pub struct RawScan {
     pub normals: Option<Vec<Point>>,
     /// Faces cut into triangles of point positions, each below the number of points. Empty for a point cloud.
     pub triangles: Vec<[u32; 3]>,
+    /// Where the scanner stood, file coordinates, where the file says so.
+    pub viewpoint: Option<[f64; 3]>,
 }
 
 /// What was left out when a scan was cleaned.
@@ -34,6 +36,7 @@ pub struct Scan {
     points: Vec<Point>,
     normals: Option<Vec<Point>>,
     triangles: Vec<[u32; 3]>,
+    viewpoint: Option<Vector3<f64>>,
     dropped: Dropped,
 }
 
@@ -102,7 +105,9 @@ impl Scan {
         }
         let normals = raw.normals.as_ref().map(|all| kept.iter().map(|&i| unit(all[i as usize])).collect());
         let triangles = raw.triangles.iter().filter_map(|t| renumbered(t, &new_index)).collect();
-        Ok(Scan { origin, points, normals, triangles, dropped })
+        let finite_viewpoint = raw.viewpoint.filter(|v| finite(&v));
+        let viewpoint = finite_viewpoint.map(|v| Vector3::from(v) - origin);
+        Ok(Scan { origin, points, normals, triangles, viewpoint, dropped })
     }
 
     /// What was subtracted from the file's coordinates.
@@ -127,6 +132,12 @@ impl Scan {
     #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
+    }
+
+    /// Where the scanner stood, centred like the points; nothing where the file does not say, or says NaN.
+    #[must_use]
+    pub fn viewpoint(&self) -> Option<Vector3<f64>> {
+        self.viewpoint
     }
 
     /// What was left out.
@@ -190,12 +201,16 @@ mod tests {
                 [0.0; 3],
             ]),
             triangles: vec![[0, 2, 4], [3, 2, 4], [0, 3, 2], [0, 1, 2]],
+            viewpoint: Some([1.0, 2.0, 9.0]),
         };
         let scan = Scan::new(&raw).unwrap();
         assert_eq!(scan.dropped(), Dropped { non_finite: 2, duplicates: 1 });
         assert_eq!(scan.points(), [[-1.0, -2.0, 0.0], [1.0, -2.0, 0.0], [-1.0, 2.0, 0.0]]);
         assert_eq!(scan.normals().unwrap(), [[0.0, 0.0, 1.0], [0.0; 3], [0.0; 3]]);
         assert_eq!(scan.triangles(), [[0, 1, 2], [0, 1, 2]]);
+        assert_eq!(scan.viewpoint(), Some(Vector3::new(0.0, 0.0, 9.0)));
+        let nowhere = RawScan { viewpoint: Some([f64::NAN; 3]), ..raw };
+        assert_eq!(Scan::new(&nowhere).unwrap().viewpoint(), None);
     }
 
     #[test]

@@ -48,6 +48,36 @@ pub enum IoError {
         /// What is wrong, and where.
         fault: PlyFault,
     },
+    /// A file of another format that breaks it.
+    #[error("{} ({format}): {what}", path.display())]
+    Malformed {
+        /// The file asked for.
+        path: PathBuf,
+        /// Name of the format.
+        format: &'static str,
+        /// What is wrong, where, and the way out.
+        what: String,
+    },
+    /// The name of a file to be written ends in no supported format.
+    #[error("{}: the extension ({extension}) is of no format that can be written; use one of {supported}", path.display())]
+    UnknownExtension {
+        /// The file that was to be written.
+        path: PathBuf,
+        /// What follows the last point of its name, or `none`.
+        extension: String,
+        /// Extensions that can be written.
+        supported: String,
+    },
+    /// A format that can hold nothing of the scan.
+    #[error("{}: cannot be {format}: {what}", path.display())]
+    CannotHold {
+        /// The file that was to be written.
+        path: PathBuf,
+        /// Name of the format.
+        format: &'static str,
+        /// What is missing, and the way out.
+        what: String,
+    },
     /// A pose file that holds no rigid motion.
     #[error("{}: {fault}", path.display())]
     Pose {

@@ -1,19 +1,30 @@
 //! Scan files, poses, data sets, and what the stages of the chain leave: the only library of Congruent that opens files.
 //!
 //! [`read_scan`] recognises a file by its content and returns its points, normals and triangles unchanged.
-//! [`write_ply`], [`write_pose`] and [`write_file`] put a whole file in place or leave everything as it was.
-//! Memory follows the size of a file, never a number in its header, and no content makes a reader panic.
+//! [`write_scan`], [`write_ply`], [`write_pose`] and [`write_file`] put a whole file in place or leave everything as it
+//! was. Memory follows the size of a file, never a number in its header, and no content makes a reader panic.
 
 mod dataset;
+mod e57;
 mod error;
 mod format;
+mod las;
 mod npy;
+mod obj;
+mod off;
+mod pcd;
 mod ply;
 mod pose;
 mod read;
+mod scan;
 mod stages;
+mod stl;
 mod table;
+#[cfg(test)]
+mod tests;
+mod text;
 mod write;
+mod xyz;
 
 pub use dataset::{About, Dataset, DatasetFault, PairLine, TruePair, TruthAbout, TruthFormat, pairs_csv, read_dataset};
 pub use error::IoError;
@@ -21,6 +32,7 @@ pub use npy::{Matrix, NpyFault, read_npy, write_npy};
 pub use ply::{PlyFault, write_ply};
 pub use pose::{PoseFault, read_pose, write_pose};
 pub use read::read_scan;
+pub use scan::{Loss, Written, write_scan};
 pub use stages::{
     KeypointRow, MatchRow, Place, PoseRow, keypoints_csv, matches_csv, places_csv, poses_csv, read_matches, read_places,
 };

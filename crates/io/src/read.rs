@@ -7,8 +7,19 @@ use std::path::Path;
 
 /// Reads a scan: points, normals where the file has all three components, faces cut into triangles.
 ///
-/// The format is recognised by the content, not by the name. Supported is PLY: ASCII or binary, points or meshes, any
-/// scalar types. Coordinates stay in the file's units and frame; NaN and infinite ones are passed on for
+/// The format is recognised by the content, not by the name; the name only settles what the content leaves open.
+/// * PLY: ASCII or binary, points or meshes, any scalar types.
+/// * PCD: text, binary or compressed; points that are NaN stay.
+/// * OBJ and OFF as text, STL as text or binary (corners at one place become one point).
+/// * XYZ, TXT, CSV: lines of numbers parted by semicolons, commas, tabs or spaces, with or without a header line. The first
+///   three columns are x, y and z; the next three are normals where they have length one in every line.
+/// * LAS and LAZ: coordinates from scale and offset.
+/// * E57: all scans of the file, each moved by its pose, as one.
+///
+/// [`RawScan::viewpoint`] comes from a PLY file's camera or comments (`view_px view_py view_pz`), from a PCD file's
+/// `VIEWPOINT` and from the pose of an E57 file's only scan, where these are not just the default.
+///
+/// Coordinates stay in the file's units and frame; NaN and infinite ones are passed on for
 /// [`Scan::new`](congruent_geometry::Scan::new) to drop and count. A file may hold no points at all.
 ///
 /// # Errors
@@ -75,8 +86,8 @@ mod tests {
         check(&folder.path().join("absent.ply"), &["cannot be read", "check the path"]);
         check(folder.path(), &["is a directory", "give the path of a file"]);
         check(&file("void.ply", b""), &["is empty", "export it again"]);
-        check(&file("scan.docx", b"PK\x03\x04"), &["no supported format", "extension: docx", "convert it to PLY"]);
-        check(&file("scan", b"1 2 3"), &["extension: none", "PLY"]);
+        check(&file("scan.docx", b"PK\x03\x04"), &["no supported format", "extension: docx", "convert it to PLY, OBJ"]);
+        check(&file("scan", b"1 2"), &["extension: none", "PLY"]);
         check(&file("short.ply", b"pl"), &["extension: ply"]);
         check(&file("plywood.txt", b"plywood\n"), &["extension: txt"]);
     }

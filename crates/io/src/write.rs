@@ -16,6 +16,11 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
     put(path, bytes).map_err(|reason| IoError::Write { path: path.to_owned(), reason })
 }
 
+/// Whether coordinates lose nothing as `f32`.
+pub(crate) fn fits_float(points: &[[f64; 3]]) -> bool {
+    points.iter().flatten().all(|&v| v.is_nan() || f64::from(v as f32) == v)
+}
+
 fn put(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     match fs::metadata(&target) {

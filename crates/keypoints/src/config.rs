@@ -76,7 +76,14 @@ mod tests {
         let text = "[detector.harris]\nradius = \"3pr\"\nresponse = \"tomasi\"\nthreshold = 0.01\nties = \"keep-all\"";
         let document: Document = toml::from_str(text).unwrap();
         let DetectorConfig::Harris(config) = document.detector else { panic!("{document:?}") };
-        let expected = Harris { radius: 1.5, response: HarrisResponse::Tomasi, threshold: 0.01, ties: Ties::KeepAll };
+        let expected = Harris {
+            radius: 1.5,
+            response: HarrisResponse::Tomasi,
+            threshold: 0.01,
+            ties: Ties::KeepAll,
+            placement: crate::Placement::Kept,
+            step: 0.0005,
+        };
         assert_eq!(config.build(0.5), expected);
     }
 

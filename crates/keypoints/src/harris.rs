@@ -2,6 +2,7 @@
 //!
 //! A point is salient when the normals around it point in three clearly different directions: a corner.
 
+use crate::corner::refined;
 use crate::{Detector, Keypoint, Ties, local_maxima};
 use congruent_geometry::{Length, Neighborhood, PointNormal, Surface, estimate_normals, sorted_eigen, wide};
 use nalgebra::Matrix3;
@@ -10,6 +11,8 @@ use serde::{Deserialize, Serialize};
 
 /// Weight of the squared trace in the Harris response (PCL's constant, and the classic one).
 const HARRIS_K: f64 = 0.04;
+/// A refinement ends at this move, in resolutions (PCL's bound is in data units).
+const REFINEMENT_STEP: f64 = 1e-3;
 
 /// What is measured on `M`, the mean of `n nᵀ` over the unit normals `n` around a point. Its trace is 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -40,6 +43,19 @@ pub struct HarrisConfig {
     pub threshold: f64,
     /// Who stays where neighbours respond exactly alike; PCL keeps all.
     pub ties: Ties,
+    /// What becomes of a keypoint once it is found. The programs of Yang et al. keep it.
+    pub placement: Placement,
+}
+
+/// Where a keypoint ends up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Placement {
+    /// Where it was found.
+    #[default]
+    Kept,
+    /// At the surface point nearest to where the tangent planes around it meet. (PCL's refinement leaves the surface.)
+    Refined,
 }
 
 impl Default for HarrisConfig {
@@ -49,6 +65,7 @@ impl Default for HarrisConfig {
             response: HarrisResponse::Harris,
             threshold: 0.0,
             ties: Ties::LowestIndex,
+            placement: Placement::Kept,
         }
     }
 }
@@ -62,6 +79,8 @@ impl HarrisConfig {
             response: self.response,
             threshold: self.threshold,
             ties: self.ties,
+            placement: self.placement,
+            step: REFINEMENT_STEP * resolution,
         }
     }
 }
@@ -80,6 +99,10 @@ pub struct Harris {
     pub threshold: f64,
     /// Who stays where neighbours respond exactly alike.
     pub ties: Ties,
+    /// What becomes of a keypoint once it is found.
+    pub placement: Placement,
+    /// A refinement that moves by no more ends; data units.
+    pub step: f64,
 }
 
 impl Detector for Harris {
@@ -87,11 +110,24 @@ impl Detector for Harris {
         let normals = estimate_normals(surface.points(), surface.index(), Neighborhood::Radius(self.radius));
         let response = |i| Some(self.response_at(surface, &normals, i)).filter(|r| *r >= self.threshold);
         let responses: Vec<Option<f64>> = (0..surface.len()).into_par_iter().map(response).collect();
-        local_maxima(surface, &responses, self.radius, self.ties)
+        let found = local_maxima(surface, &responses, self.radius, self.ties);
+        match self.placement {
+            Placement::Kept => found,
+            Placement::Refined => self.refined(surface, &normals, &found),
+        }
     }
 }
 
 impl Harris {
+    /// Keypoints that meet in one point become one, the strongest.
+    fn refined(&self, surface: &Surface, normals: &[PointNormal], found: &[Keypoint]) -> Vec<Keypoint> {
+        let mut moved: Vec<Keypoint> =
+            found.par_iter().map(|k| refined(surface, normals, *k, self.radius, self.step)).collect();
+        moved.sort_by(|a, b| a.index.cmp(&b.index).then(b.response.total_cmp(&a.response)));
+        moved.dedup_by_key(|k| k.index);
+        moved
+    }
+
     fn response_at(&self, surface: &Surface, normals: &[PointNormal], i: usize) -> f64 {
         if self.response == HarrisResponse::Curvature {
             return f64::from(normals[i].curvature);

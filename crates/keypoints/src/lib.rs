@@ -5,6 +5,7 @@
 
 mod boundary;
 mod config;
+mod corner;
 mod detector;
 mod harris;
 mod iss;
@@ -16,7 +17,7 @@ mod uniform;
 
 pub use config::DetectorConfig;
 pub use detector::{Detector, Keypoint};
-pub use harris::{Harris, HarrisConfig, HarrisResponse};
+pub use harris::{Harris, HarrisConfig, HarrisResponse, Placement};
 pub use iss::{Iss, IssConfig, IssVariant};
 pub use maxima::{Ties, local_maxima};
 pub use support::{SupportFilter, supported};

@@ -32,7 +32,8 @@ struct Comparison {
 impl Comparison {
     fn new(name: &'static str, response: HarrisResponse) -> Comparison {
         let surface = tables::surface();
-        let config = HarrisConfig { radius: RADIUS, response, threshold: 0.0, ties: Ties::KeepAll };
+        let config =
+            HarrisConfig { radius: RADIUS, response, threshold: 0.0, ties: Ties::KeepAll, ..HarrisConfig::default() };
         let ours = config.build(surface.resolution()).detect(&surface);
         let responses = tables::rows::<1>(&format!("{name}.f32")).iter().map(|r| f64::from(r[0])).collect();
         Comparison { name, surface, ours, pcls: tables::indices(&format!("{name}.u32")), responses }

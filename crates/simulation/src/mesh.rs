@@ -28,7 +28,7 @@ impl Mesh {
     /// The whole surface as if it had been read from a file, without normals.
     #[must_use]
     pub fn into_raw(self) -> RawScan {
-        RawScan { points: self.points, normals: None, triangles: self.triangles }
+        RawScan { points: self.points, normals: None, triangles: self.triangles, viewpoint: None }
     }
 
     /// Adds the parts of another mesh.

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 pub(super) fn run(command: &ConfigCommand) -> Result<ExitCode> {
     match command {
+        ConfigCommand::Show { preset } if preset == "members" => output::data(configuration::MEMBERS.trim_end()),
         ConfigCommand::Show { preset } => output::data(configuration::preset(preset)?.trim_end()),
         ConfigCommand::Check { file } => {
             configuration::read(file)?;

@@ -2,6 +2,7 @@
 
 mod align;
 mod config;
+mod convert;
 mod dataset;
 mod demo;
 mod describe;
@@ -32,6 +33,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Experiment(args) => experiment::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Inspect(args) => inspect::run(&args),
+        Command::Convert(args) => convert::run(&args),
         Command::Config(command) => config::run(&command),
         Command::Demo(args) => demo::run(&args),
     }

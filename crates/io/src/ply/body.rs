@@ -34,16 +34,17 @@ impl From<PlyFault> for Stop {
     }
 }
 
-/// Reads all elements; those that are neither vertices nor faces are passed over.
+/// Reads all elements; those that are neither vertices, faces nor cameras are passed over.
 pub(super) fn read(header: &Header, numbers: &mut impl Numbers) -> Result<RawScan, PlyFault> {
     let vertices = header.elements.iter().find(|e| e.name == "vertex");
     let vertices =
         vertices.ok_or_else(|| PlyFault::NoVertices { found: list(header.elements.iter().map(|e| &e.name)) })?;
-    let mut scan = RawScan::default();
+    let mut scan = RawScan { viewpoint: header.viewpoint, ..RawScan::default() };
     for element in &header.elements {
         match element.name.as_str() {
             "vertex" => read_vertices(element, numbers, &mut scan)?,
             "face" => read_faces(element, vertices.count, numbers, &mut scan)?,
+            "camera" => read_camera(element, numbers, &mut scan)?,
             _ => each_record(element, numbers, |numbers, record| {
                 element.properties.iter().try_for_each(|p| skip_property(p, element, record, numbers))
             })?,
@@ -92,6 +93,26 @@ fn read_vertices<N: Numbers>(element: &Element, numbers: &mut N, scan: &mut RawS
     })?;
     (scan.points, scan.normals) = (points, normals);
     Ok(())
+}
+
+/// Reads where the scanner stood (`view_px view_py view_pz`) from the first camera that says so.
+///
+/// The origin is what writers put who know of no scanner, so it counts as nothing said.
+fn read_camera<N: Numbers>(element: &Element, numbers: &mut N, scan: &mut RawScan) -> Result<(), PlyFault> {
+    each_record(element, numbers, |numbers, record| {
+        let mut place = [None; 3];
+        for property in &element.properties {
+            let axis = ["view_px", "view_py", "view_pz"].iter().position(|name| property.name == *name);
+            match (&property.kind, axis) {
+                (PropertyType::Scalar(kind), Some(axis)) => place[axis] = Some(numbers.number(kind)?),
+                _ => skip_property(property, element, record, numbers)?,
+            }
+        }
+        if let [Some(x), Some(y), Some(z)] = place {
+            scan.viewpoint = scan.viewpoint.or(Some([x, y, z]).filter(|v| *v != [0.0; 3]));
+        }
+        Ok(())
+    })
 }
 
 /// Where each vertex property goes: 0 to 2 are coordinates, 3 to 5 the normal.

@@ -16,6 +16,8 @@ pub(super) struct Header {
     pub(super) encoding: Encoding,
     /// In the order of the body, each name once.
     pub(super) elements: Vec<Element>,
+    /// Where the scanner stood, from comments `view_px 1.5` and so on.
+    pub(super) viewpoint: Option<[f64; 3]>,
     /// Position of the first byte after the header.
     pub(super) body_start: usize,
 }
@@ -60,7 +62,7 @@ impl Header {
             elements.push(Element { name: element_name, count: element.count, properties });
         }
         check_unique(&elements, &lines)?;
-        Ok(Header { encoding: parsed.encoding, elements, body_start })
+        Ok(Header { encoding: parsed.encoding, elements, viewpoint: viewpoint(&lines), body_start })
     }
 }
 
@@ -102,6 +104,19 @@ fn tidied(line: &[u8], names: &mut Vec<String>) -> String {
         ["property", kind, name @ ..] if !name.is_empty() => format!("property {kind} {}", alias(name.join(" "))),
         _ => words.join(" "),
     }
+}
+
+/// The place that comments or `obj_info` lines tell, one coordinate a line.
+fn viewpoint(lines: &[&[u8]]) -> Option<[f64; 3]> {
+    let told = |name: &str| {
+        lines.iter().find_map(|line| {
+            let words: Vec<&str> = str::from_utf8(line).ok()?.split_whitespace().collect();
+            let is_remark = matches!(words.first(), Some(&("comment" | "obj_info")));
+            let at = words.iter().position(|word| word.trim_end_matches([':', '=']) == name)?;
+            words.get(at + 1).filter(|_| is_remark)?.parse().ok()
+        })
+    };
+    Some([told("view_px")?, told("view_py")?, told("view_pz")?])
 }
 
 /// What is wrong with the line that the parser names; with the format line, where it names none.

@@ -13,6 +13,7 @@ mod tests;
 mod write;
 
 pub use fault::PlyFault;
+pub(crate) use write::encode;
 pub use write::write_ply;
 
 use ascii::Ascii;

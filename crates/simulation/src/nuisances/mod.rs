@@ -36,7 +36,7 @@ pub fn keep_random(scan: &RawScan, share: f64, seed: u64) -> RawScan {
     only(scan, &keep)
 }
 
-/// The same scan moved rigidly, normals too.
+/// The same scan moved rigidly, normals and viewpoint too.
 #[must_use]
 pub fn moved(scan: &RawScan, motion: &RigidTransform) -> RawScan {
     let turned = |n: &Vec<_>| n.iter().map(|&n| narrow(&(motion.rotation * wide(n)))).collect();
@@ -44,6 +44,7 @@ pub fn moved(scan: &RawScan, motion: &RigidTransform) -> RawScan {
         points: scan.points.iter().map(|&p| (motion * Point3::from(p)).into()).collect(),
         normals: scan.normals.as_ref().map(turned),
         triangles: scan.triangles.clone(),
+        viewpoint: scan.viewpoint.map(|v| (motion * Point3::from(v)).into()),
     }
 }
 
@@ -51,7 +52,7 @@ pub fn moved(scan: &RawScan, motion: &RigidTransform) -> RawScan {
 #[must_use]
 pub fn scaled(scan: &RawScan, factor: f64) -> RawScan {
     let mut scaled = scan.clone();
-    scaled.points.iter_mut().for_each(|p| *p = p.map(|v| v * factor));
+    scaled.points.iter_mut().chain(&mut scaled.viewpoint).for_each(|p| *p = p.map(|v| v * factor));
     scaled
 }
 
@@ -67,6 +68,7 @@ pub fn permuted(scan: &RawScan, seed: u64) -> RawScan {
         points: order.iter().map(|&i| scan.points[i as usize]).collect(),
         normals: scan.normals.as_ref().map(|n| order.iter().map(|&i| n[i as usize]).collect()),
         triangles: scan.triangles.iter().map(|t| t.map(|i| new_place[i as usize])).collect(),
+        viewpoint: scan.viewpoint,
     }
 }
 
@@ -98,6 +100,7 @@ fn only(scan: &RawScan, keep: &[bool]) -> RawScan {
         points: marked(&scan.points, keep),
         normals: scan.normals.as_ref().map(|n| marked(n, keep)),
         triangles: scan.triangles.iter().filter_map(whole).collect(),
+        viewpoint: scan.viewpoint,
     }
 }
 
@@ -115,12 +118,14 @@ pub(crate) mod tests {
         let mut stream = Stream::new(9, 0);
         let points = (0..n).map(|_| [stream.between(0.0, 10.0), stream.between(0.0, 10.0), 1.0]).collect();
         let normals = Some((0..n).map(|i| [i as f32, 0.0, 0.0]).collect());
-        RawScan { points, normals, triangles: (2..n).map(|i| [i - 2, i - 1, i]).collect() }
+        let triangles = (2..n).map(|i| [i - 2, i - 1, i]).collect();
+        RawScan { points, normals, triangles, viewpoint: Some([5.0, 5.0, 30.0]) }
     }
 
     /// Numbers of the points that are left, read from their normals; checks that points and triangles went along.
     pub(crate) fn survivors(original: &RawScan, left: &RawScan) -> Vec<u32> {
         let numbers: Vec<u32> = left.normals.as_ref().unwrap().iter().map(|n| n[0] as u32).collect();
+        assert_eq!(left.viewpoint, original.viewpoint);
         let expected: Vec<[f64; 3]> = numbers.iter().map(|&i| original.points[i as usize]).collect();
         assert_eq!(left.points, expected);
         for t in &left.triangles {
@@ -170,11 +175,18 @@ pub(crate) mod tests {
 
     #[test]
     fn motion_turns_normals_but_does_not_shift_them() {
-        let scan = RawScan { points: vec![[1.0, 0.0, 0.0]], normals: Some(vec![[1.0, 0.0, 0.0]]), triangles: vec![] };
+        let scan = RawScan {
+            points: vec![[1.0, 0.0, 0.0]],
+            normals: Some(vec![[1.0, 0.0, 0.0]]),
+            triangles: vec![],
+            viewpoint: Some([1.0, 0.0, 0.0]),
+        };
         let quarter = RigidTransform::new(Vector3::new(0.0, 0.0, 5.0), Vector3::z() * std::f64::consts::FRAC_PI_2);
         let turned = moved(&scan, &quarter);
         assert!((Vector3::from(turned.points[0]) - Vector3::new(0.0, 1.0, 5.0)).norm() < 1e-12);
-        assert!((wide(turned.normals.unwrap()[0]) - Vector3::y()).norm() < 1e-6);
+        assert!((wide(turned.normals.as_ref().unwrap()[0]) - Vector3::y()).norm() < 1e-6);
+        assert_eq!(turned.viewpoint, Some(turned.points[0]));
         assert_eq!(scaled(&scan, 1000.0).points, [[1000.0, 0.0, 0.0]]);
+        assert_eq!(scaled(&scan, 1000.0).viewpoint, Some([1000.0, 0.0, 0.0]));
     }
 }

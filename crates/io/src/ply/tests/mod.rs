@@ -119,5 +119,6 @@ fn busy_square_scan() -> RawScan {
         points: vec![[0.0, 0.25, 7.0], [1.0, 0.25, 7.0], [1.0, 1.25, 7.0], [0.0, 1.25, 7.0]],
         normals: None,
         triangles: vec![[0, 1, 2], [0, 2, 3]],
+        viewpoint: None,
     }
 }

@@ -1,0 +1,38 @@
+//! Every format through the public door: written, read, recognised, cut and damaged.
+
+mod bad_files;
+mod round_trips;
+mod texts;
+
+use crate::read::scan_from;
+use congruent_geometry::RawScan;
+use std::path::Path;
+
+/// Extensions of all formats.
+const EXTENSIONS: [&str; 10] = ["ply", "obj", "stl", "off", "pcd", "xyz", "csv", "las", "laz", "e57"];
+
+/// A bent sheet of 6 × 5 points far from the origin, with normals, faces and a scanner.
+fn sheet() -> RawScan {
+    let at = |row: u32, column: u32| {
+        let (x, y) = (f64::from(column), f64::from(row));
+        [1000.1 + 0.37 * x, -2000.2 + 0.41 * y, 30.3 + 0.05 * (x * y).sin()]
+    };
+    let cells = (0..4).flat_map(|row| (0..5).map(move |column| 6 * row + column));
+    RawScan {
+        points: (0..5).flat_map(|row| (0..6).map(move |column| at(row, column))).collect(),
+        normals: Some((0..30).map(|i: u8| [0.6, 0.8 * f32::from(i % 2), 0.8 * f32::from(1 - i % 2)]).collect()),
+        triangles: cells.flat_map(|i: u32| [[i, i + 1, i + 7], [i, i + 7, i + 6]]).collect(),
+        viewpoint: Some([1000.5, -1999.5, 50.25]),
+    }
+}
+
+/// The sheet as a file.
+fn file_of(extension: &str) -> Vec<u8> {
+    let format = crate::format::Format::of_name(&Path::new("scan").with_extension(extension)).unwrap();
+    format.encode(&sheet()).unwrap()
+}
+
+/// A scan, or the message why there is none. The name tells nothing.
+fn scan(file: &[u8]) -> Result<RawScan, String> {
+    scan_from(Path::new("scan.dat"), file).map_err(|error| error.to_string())
+}

@@ -1,0 +1,99 @@
+//! Refinement of Harris keypoints: the point where the tangent planes around it meet (Förstner's corner, as in PCL).
+
+use crate::Keypoint;
+use congruent_geometry::{PointNormal, Surface, narrow, wide};
+use nalgebra::{Matrix3, Vector3};
+
+/// Most rounds; in each the neighbourhood is that of the last place.
+const ROUNDS: usize = 10;
+/// Planes whose normal matrix has a smallest eigenvalue below this share of the largest do not meet in a point.
+const MIN_CONDITION: f64 = 1e-4;
+
+/// Moves a keypoint to the surface point nearest to where the tangent planes within `radius` meet. It stays where they do
+/// not, or where their meeting runs off by more than `radius`. `step` is the move, data units, that ends the search.
+pub(crate) fn refined(
+    surface: &Surface,
+    normals: &[PointNormal],
+    keypoint: Keypoint,
+    radius: f64,
+    step: f64,
+) -> Keypoint {
+    let start = wide(surface.points()[keypoint.index as usize]);
+    let mut place = start;
+    for _ in 0..ROUNDS {
+        let Some(next) = meeting_point(surface, normals, &place, radius) else { break };
+        let moved = (next - place).norm();
+        place = next;
+        if moved <= step {
+            break;
+        }
+    }
+    if (place - start).norm() > radius {
+        return keypoint;
+    }
+    match surface.index().nearest(&narrow(&place)) {
+        Some(nearest) => Keypoint { index: nearest.index, ..keypoint },
+        None => keypoint,
+    }
+}
+
+/// Least-squares meeting point of the tangent planes around a place: `(Σ n nᵀ)⁻¹ Σ n nᵀ p`.
+fn meeting_point(
+    surface: &Surface,
+    normals: &[PointNormal],
+    place: &Vector3<f64>,
+    radius: f64,
+) -> Option<Vector3<f64>> {
+    let (mut planes, mut pull) = (Matrix3::zeros(), Vector3::zeros());
+    surface.index().within(&narrow(place), radius, |n| {
+        let normal = wide(normals[n.index as usize].normal);
+        let offset = wide(surface.points()[n.index as usize]) - place;
+        planes += normal * normal.transpose();
+        pull += normal * normal.dot(&offset);
+    });
+    let eigen = planes.symmetric_eigenvalues();
+    if !(eigen.min() > MIN_CONDITION * eigen.max()) {
+        return None;
+    }
+    Some(place + planes.try_inverse()? * pull)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::surface;
+    use congruent_geometry::Point;
+
+    /// Three faces of a cube, points one apart, each with its face's normal; the corner itself comes first.
+    fn corner() -> (Surface, Vec<PointNormal>) {
+        let (mut points, mut normals): (Vec<Point>, Vec<PointNormal>) = (vec![[0.0; 3]], vec![PointNormal::default()]);
+        for face in 0..3 {
+            for i in 0..49u8 {
+                let mut point = [0.0; 3];
+                point[(face + 1) % 3] = 0.5 + f32::from(i % 7);
+                point[(face + 2) % 3] = 0.5 + f32::from(i / 7);
+                points.push(point);
+                let mut normal = [0.0; 3];
+                normal[face] = 1.0;
+                normals.push(PointNormal { normal, curvature: 0.0 });
+            }
+        }
+        (surface(points), normals)
+    }
+
+    #[test]
+    fn a_keypoint_beside_a_corner_moves_to_it() {
+        let (surface, normals) = corner();
+        let beside = (1..surface.len()).find(|&i| surface.points()[i] == [0.0, 1.5, 0.5]).unwrap();
+        let keypoint = Keypoint { index: beside as u32, response: 0.03 };
+        assert_eq!(refined(&surface, &normals, keypoint, 3.0, 1e-3), Keypoint { index: 0, response: 0.03 });
+    }
+
+    #[test]
+    fn a_keypoint_on_a_plane_stays() {
+        let (surface, normals) = corner();
+        let inside = (1..surface.len()).find(|&i| surface.points()[i] == [0.0, 5.5, 5.5]).unwrap();
+        let keypoint = Keypoint { index: inside as u32, response: 0.0 };
+        assert_eq!(refined(&surface, &normals, keypoint, 2.0, 1e-3), keypoint);
+    }
+}
