@@ -49,6 +49,20 @@ pub(crate) enum Command {
     /// The best pose by the metric, and whether it has more inliers than chance explains. What align does with the whole
     /// surfaces (ranking, refinement, escalation) is not done here.
     Estimate(EstimateArgs),
+    /// Register all pairs of a data set and compare with the truth
+    ///
+    /// DATASET is a folder with pairs.csv and scans/, a folder with a dataset.toml, or such a file. A killed run
+    /// resumes where it was: pairs that the directory already has for the same configuration are skipped. Exit code 1
+    /// says that some pair had a file that could not be used.
+    Evaluate(EvaluateArgs),
+    /// Run an experiment of the paper on a data set
+    ///
+    /// All metrics and thresholds rank the same stream of hypotheses. Experiments: iterations (figure 6), estimators
+    /// (table 2), thresholds (figure 7), threshold-rmse (figure 8), metrics (figure 10), nuisances and variants
+    /// (figures 12 and 13), time (figure 14). The chain is the preset paper, if no other is named.
+    Experiment(ExperimentArgs),
+    /// Make a data set with exact truth
+    Simulate(SimulateArgs),
     /// Say what a scan file holds
     Inspect(InspectArgs),
     /// Write a scan in another format
@@ -254,6 +268,79 @@ pub(crate) struct RunArgs {
     /// Threads to use; all processors if not given. The result does not depend on it
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) threads: Option<u16>,
+}
+
+/// Which pairs a batch works on.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct DatasetArgs {
+    /// A folder, or a dataset.toml
+    pub(crate) dataset: PathBuf,
+    /// Where the files of the data set are, if not beside its description
+    #[arg(long, value_name = "DIR")]
+    pub(crate) data: Option<PathBuf>,
+    /// At most N pairs, evenly from all over the list
+    #[arg(long, value_name = "N")]
+    pub(crate) pairs: Option<usize>,
+    /// Only pairs whose scans share at least this much of their points, 0 to 1
+    #[arg(long, value_name = "X", default_value_t = 0.0)]
+    pub(crate) min_overlap: f64,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct EvaluateArgs {
+    #[command(flatten)]
+    pub(crate) dataset: DatasetArgs,
+    /// Where to write pairs.csv, pairs.jsonl, config.toml and summary.txt
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// Compare with an earlier evaluation of the same pairs (McNemar's exact test)
+    #[arg(long, value_name = "DIR")]
+    pub(crate) compare: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct ExperimentArgs {
+    /// Name of an experiment, all, or a TOML file
+    pub(crate) experiment: String,
+    #[command(flatten)]
+    pub(crate) dataset: DatasetArgs,
+    /// Where to write NAME.md, NAME.csv and NAME-pairs.csv
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct SimulateArgs {
+    /// Which data set to resemble
+    pub(crate) kind: SimulatedKind,
+    /// Where to write scans/, pairs.csv and dataset.toml
+    pub(crate) directory: PathBuf,
+    /// How many pairs
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    pub(crate) pairs: usize,
+    /// The same seed gives the same data
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum SimulatedKind {
+    /// Laser scans of one object from all around
+    #[value(name = "u3m-like")]
+    U3m,
+    /// Depth camera images of one object: noise, steps, holes
+    #[value(name = "bmr-like")]
+    Bmr,
+    /// Whole models in cluttered laser scans
+    #[value(name = "u3or-like")]
+    U3or,
+    /// Depth camera images of models in cluttered ones
+    #[value(name = "bod5-like")]
+    Bod5,
 }
 
 #[derive(Debug, ClapArgs)]

@@ -13,6 +13,7 @@ mod output;
 mod picture;
 mod progress;
 mod result;
+mod rows;
 
 use clap::Parser;
 use std::process::ExitCode;

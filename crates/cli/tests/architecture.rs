@@ -14,6 +14,7 @@ const ANYTHING: &[&str] = &[
     "refinement",
     "pipeline",
     "simulation",
+    "evaluation",
 ];
 
 /// What each crate may use.
@@ -28,6 +29,20 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("refinement", &["geometry"]),
     ("pipeline", &["geometry", "keypoints", "descriptors", "matching", "metrics", "estimators", "refinement"]),
     ("simulation", &["geometry"]),
+    (
+        "evaluation",
+        &[
+            "geometry",
+            "keypoints",
+            "descriptors",
+            "matching",
+            "metrics",
+            "estimators",
+            "refinement",
+            "pipeline",
+            "simulation",
+        ],
+    ),
     ("cli", ANYTHING),
 ];
 

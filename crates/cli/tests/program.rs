@@ -39,6 +39,9 @@ fn help_is_as_it_was() {
         vec!["convert", "--help"],
         vec!["config", "--help"],
         vec!["demo", "--help"],
+        vec!["evaluate", "--help"],
+        vec!["experiment", "--help"],
+        vec!["simulate", "--help"],
     ] {
         let output = congruent(&command);
         assert_eq!(output.status.code(), Some(0));

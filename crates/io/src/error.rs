@@ -1,6 +1,6 @@
 //! Why a file could not be read or written.
 
-use crate::{NpyFault, PlyFault, PoseFault, TableFault};
+use crate::{DatasetFault, NpyFault, PlyFault, PoseFault, TableFault};
 use std::io;
 use std::path::PathBuf;
 
@@ -85,6 +85,14 @@ pub enum IoError {
         path: PathBuf,
         /// What is wrong, and where.
         fault: PoseFault,
+    },
+    /// The description or the ground truth of a data set that cannot be used.
+    #[error("{}: {fault}", path.display())]
+    Dataset {
+        /// The file asked for.
+        path: PathBuf,
+        /// What is wrong, and where.
+        fault: DatasetFault,
     },
     /// A table that is not the one asked for.
     #[error("{}: {fault}", path.display())]

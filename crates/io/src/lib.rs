@@ -1,9 +1,10 @@
-//! Scan files, poses, and what the stages of the chain leave: the only library of Congruent that opens files.
+//! Scan files, poses, data sets, and what the stages of the chain leave: the only library of Congruent that opens files.
 //!
 //! [`read_scan`] recognises a file by its content and returns its points, normals and triangles unchanged.
 //! [`write_scan`], [`write_ply`], [`write_pose`] and [`write_file`] put a whole file in place or leave everything as it
 //! was. Memory follows the size of a file, never a number in its header, and no content makes a reader panic.
 
+mod dataset;
 mod e57;
 mod error;
 mod format;
@@ -25,6 +26,7 @@ mod text;
 mod write;
 mod xyz;
 
+pub use dataset::{About, Dataset, DatasetFault, PairLine, TruePair, TruthAbout, TruthFormat, pairs_csv, read_dataset};
 pub use error::IoError;
 pub use npy::{Matrix, NpyFault, read_npy, write_npy};
 pub use ply::{PlyFault, write_ply};

@@ -5,6 +5,7 @@
 //! [`correspondences`] makes matched point pairs without any scan. Everything random takes a seed, and the same seed
 //! gives the same result on any number of threads.
 
+pub mod benchmark;
 pub mod correspondences;
 mod mesh;
 pub mod nuisances;

@@ -3,12 +3,16 @@
 mod align;
 mod config;
 mod convert;
+mod dataset;
 mod demo;
 mod describe;
 mod estimate;
+mod evaluate;
+mod experiment;
 mod inspect;
 mod keypoints;
 mod matching;
+mod simulate;
 mod stages;
 
 use crate::args::{Args, Command};
@@ -28,6 +32,9 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Describe(args) => describe::run(&args),
         Command::Match(args) => matching::run(&args),
         Command::Estimate(args) => estimate::run(&args),
+        Command::Evaluate(args) => evaluate::run(&args),
+        Command::Experiment(args) => experiment::run(&args),
+        Command::Simulate(args) => simulate::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Convert(args) => convert::run(&args),
         Command::Config(command) => config::run(&command),

@@ -1,0 +1,121 @@
+//! `congruent evaluate`: every pair of a data set, registered and judged.
+
+use super::dataset::{Selected, select};
+use super::{load, on_threads};
+use crate::args::EvaluateArgs;
+use crate::progress::Bar;
+use crate::rows::Rows;
+use crate::{configuration, output};
+use anyhow::{Result, bail};
+use congruent_evaluation::{GroundTruth, PairRow, Status, Summary, mcnemar_of};
+use congruent_io::TruePair;
+use congruent_pipeline::{Pair, PipelineConfig, register_traced};
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// The bound that the running accuracy refers to, `pr`.
+const RUNNING_D_RMSE: f64 = 2.5;
+/// Some pairs had a file that could not be used.
+const SOME_ERRORS: u8 = 1;
+
+pub(super) fn run(args: &EvaluateArgs) -> Result<ExitCode> {
+    let config = configuration::resolve(&args.run)?;
+    let text = toml::to_string(&config)?;
+    let configuration = fingerprint(&[env!("CARGO_PKG_VERSION"), &text]);
+    let selected = select(&args.dataset)?;
+    if selected.pairs.is_empty() {
+        bail!("{}: no pair is left to evaluate; lower --min-overlap", args.dataset.dataset.display());
+    }
+    let other = args.compare.as_deref().map(Rows::read).transpose()?;
+    let mut rows = Rows::open(&args.output)?;
+    congruent_io::write_file(&args.output.join("config.toml"), text.as_bytes())?;
+    on_threads(args.run.threads, || evaluate(args, &config, &configuration, &selected, &mut rows))??;
+
+    let wanted: Vec<String> = selected.pairs.iter().map(|pair| name_of(&selected.name, pair)).collect();
+    let ours: Vec<PairRow> = rows
+        .all()
+        .iter()
+        .filter(|row| row.configuration == configuration && wanted.contains(&row.pair))
+        .cloned()
+        .collect();
+    let mut summary = Summary::new(&ours).to_string();
+    if let (Some(other), Some(directory)) = (other, &args.compare) {
+        summary += &format!("\nagainst {}: {}", directory.display(), mcnemar_of(&ours, &latest(&other)));
+    }
+    congruent_io::write_file(&args.output.join("summary.txt"), summary.as_bytes())?;
+    output::data(summary.trim_end());
+    let any_error = ours.iter().any(|row| row.status == Status::Error);
+    Ok(if any_error { ExitCode::from(SOME_ERRORS) } else { ExitCode::SUCCESS })
+}
+
+/// Adds the rows that are not there yet.
+fn evaluate(
+    args: &EvaluateArgs,
+    config: &PipelineConfig,
+    configuration: &str,
+    selected: &Selected,
+    rows: &mut Rows,
+) -> Result<()> {
+    let bar = Bar::new(selected.pairs.len() as u64);
+    let (mut right, mut scored, mut skipped) = (0, 0, 0);
+    for (done, pair) in (1..).zip(&selected.pairs) {
+        let name = name_of(&selected.name, pair);
+        let row = match rows.find(configuration, &name) {
+            Some(row) => {
+                skipped += 1;
+                row.clone()
+            }
+            None => {
+                let row = judged(&selected.name, pair, config);
+                let row = PairRow { configuration: configuration.to_owned(), pair: name, ..row };
+                rows.add(row.clone())?;
+                row
+            }
+        };
+        if row.status == Status::Scored {
+            scored += 1;
+            right += usize::from(row.is_right(RUNNING_D_RMSE));
+        }
+        bar.at(done, &format!("{right}/{scored} right at {RUNNING_D_RMSE} pr"));
+    }
+    drop(bar);
+    if skipped > 0 {
+        output::remark(&format!("{skipped} pairs were already in {}", args.output.display()));
+    }
+    Ok(())
+}
+
+/// Registers one pair. A file that cannot be used makes a row, too.
+fn judged(dataset: &str, pair: &TruePair, config: &PipelineConfig) -> PairRow {
+    let row = |overlap: f64| PairRow::new(dataset, &pair.source, &pair.target, overlap);
+    let files = Pair { source: &pair.source_file, target: &pair.target_file };
+    let scans = match files.map(|file| load(file)).both() {
+        Ok(scans) => scans.into_map(|loaded| loaded.scan),
+        Err(error) => return row(pair.overlap.unwrap_or(0.0)).with_error(format!("{error:#}")),
+    };
+    let start = Instant::now();
+    let (registration, trace) = register_traced(&scans.source, &scans.target, config, &|_| ());
+    let seconds = start.elapsed().as_secs_f64();
+    let truth = GroundTruth::of_scans(scans.as_ref(), &pair.target_from_source);
+    row(pair.overlap.unwrap_or_else(|| truth.overlap())).judged(&truth, &registration, &trace, seconds)
+}
+
+/// What tells a pair from all others: its names and its truth.
+fn name_of(dataset: &str, pair: &TruePair) -> String {
+    let truth = format!("{:?}", congruent_geometry::to_rows(&pair.target_from_source));
+    fingerprint(&[dataset, &pair.source, &pair.target, &truth])
+}
+
+/// FNV-1a: short, and the same on every machine.
+fn fingerprint(parts: &[&str]) -> String {
+    let bytes = parts.iter().flat_map(|part| part.bytes().chain([0]));
+    let hash =
+        bytes.fold(0xcbf2_9ce4_8422_2325u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
+    format!("{hash:016x}")
+}
+
+/// The rows of the configuration that was evaluated last.
+fn latest(rows: &Rows) -> Vec<PairRow> {
+    let last = rows.all().last().map(|row| row.configuration.clone());
+    rows.all().iter().filter(|row| Some(&row.configuration) == last.as_ref()).cloned().collect()
+}

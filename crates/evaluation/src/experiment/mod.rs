@@ -1,0 +1,15 @@
+//! The experiments of the paper: many metrics, thresholds and budgets on the same hypotheses.
+//!
+//! For each pair the chain runs once up to the matches; each estimator then proposes one stream of poses, and every
+//! metric at every threshold ranks all of it. So differences between metrics are differences of metrics alone, and
+//! paired tests are valid. The answer is the paper's: the best hypothesis as it was drawn, without any refinement.
+
+mod nuisance;
+mod plan;
+mod run;
+mod tally;
+
+pub use nuisance::Nuisance;
+pub use plan::{Axis, MeasuredOn, Plan, Variant, metric_name};
+pub use run::{Cell, Measured, Problem, run_pair};
+pub use tally::Tally;

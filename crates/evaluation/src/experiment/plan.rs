@@ -1,0 +1,201 @@
+//! What an experiment varies.
+
+use super::Nuisance;
+use congruent_estimators::EstimatorConfig;
+use congruent_geometry::Length;
+use congruent_metrics::MetricConfig;
+use serde::{Deserialize, Serialize};
+
+/// One table or figure. Every list is swept, all against all.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Plan {
+    /// What it shows.
+    pub title: String,
+    /// How gaps of the paper were settled; printed with the result.
+    #[serde(default)]
+    pub notes: Vec<String>,
+    /// What the rows of the table are.
+    pub rows: Axis,
+    /// What its columns are. Whatever else varies makes more tables.
+    pub columns: Axis,
+    /// Changes to the chain before the estimator.
+    #[serde(default = "unchanged")]
+    pub variants: Vec<Variant>,
+    /// What the target is spoilt with.
+    #[serde(default = "unspoilt")]
+    pub nuisances: Vec<Nuisance>,
+    /// Each proposes its own stream of poses.
+    #[serde(default = "plain")]
+    pub estimators: Vec<EstimatorConfig>,
+    /// All rank the same stream.
+    pub metrics: Vec<MetricConfig>,
+    /// Thresholds of all metrics, in `pr` of the chain.
+    #[serde(default = "paper_threshold")]
+    pub thresholds_pr: Vec<f64>,
+    /// How much of the stream is looked at.
+    #[serde(default = "paper_iterations")]
+    pub iterations: Vec<u64>,
+    /// Bounds at which a pose counts as right, in `pr` of `measured-on`.
+    #[serde(default = "paper_bound")]
+    pub d_rmse: Vec<f64>,
+    /// Which points errors are measured on, and whose resolution is their `pr`.
+    #[serde(default)]
+    pub measured_on: MeasuredOn,
+    /// Compare every metric with this one by McNemar's exact test.
+    #[serde(default)]
+    pub baseline: Option<String>,
+    /// Measure the time that a metric takes for one pose.
+    #[serde(default)]
+    pub timed: bool,
+}
+
+/// A change to the configuration, as `--set` takes it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Variant {
+    /// What the tables call it.
+    pub name: String,
+    /// `key=value`, applied in order.
+    pub set: Vec<String>,
+}
+
+/// Which points errors are measured on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MeasuredOn {
+    /// The scans as they came, as `congruent evaluate` does.
+    #[default]
+    Scans,
+    /// The sampled clouds, as the paper's authors do; their `pr` is larger.
+    Sampled,
+}
+
+/// Something that varies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Axis {
+    /// Changes to the chain.
+    Variant,
+    /// What the target is spoilt with.
+    Nuisance,
+    /// Who proposes.
+    Estimator,
+    /// Who ranks.
+    Metric,
+    /// The inlier threshold, `pr`.
+    Threshold,
+    /// How much of the stream is looked at.
+    Iterations,
+    /// The bound of a right pose, `pr`.
+    DRmse,
+}
+
+impl Axis {
+    /// All of them.
+    pub(crate) const ALL: [Axis; 7] =
+        [Axis::Variant, Axis::Nuisance, Axis::Estimator, Axis::Iterations, Axis::Metric, Axis::Threshold, Axis::DRmse];
+
+    /// Its name in tables.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Axis::Variant => "variant",
+            Axis::Nuisance => "nuisance",
+            Axis::Estimator => "estimator",
+            Axis::Metric => "metric",
+            Axis::Threshold => "t (pr)",
+            Axis::Iterations => "iterations",
+            Axis::DRmse => "d_rmse (pr)",
+        }
+    }
+}
+
+fn unchanged() -> Vec<Variant> {
+    vec![Variant { name: "as configured".to_owned(), set: Vec::new() }]
+}
+
+fn unspoilt() -> Vec<Nuisance> {
+    vec![Nuisance::None {}]
+}
+
+fn plain() -> Vec<EstimatorConfig> {
+    vec![EstimatorConfig::default()]
+}
+
+fn paper_threshold() -> Vec<f64> {
+    vec![7.5]
+}
+
+fn paper_iterations() -> Vec<u64> {
+    vec![1000]
+}
+
+fn paper_bound() -> Vec<f64> {
+    vec![2.5]
+}
+
+/// The paper's name of a metric, or ours where it has none.
+#[must_use]
+pub fn metric_name(metric: &MetricConfig) -> &'static str {
+    match metric {
+        MetricConfig::InlierCount(_) => "INLIER",
+        MetricConfig::Mae(_) => "MAE",
+        MetricConfig::Mse(_) => "MSE",
+        MetricConfig::LogCosh(_) => "LOG-COSH",
+        MetricConfig::Exp(_) => "EXP",
+        MetricConfig::Quantile(_) => "QUANTILE",
+        MetricConfig::NegQuantile(_) => "-QUANTILE",
+        MetricConfig::Huber(_) => "Huber",
+        MetricConfig::Msac(_) => "MSAC",
+        MetricConfig::Magsac(_) => "MAGSAC",
+        MetricConfig::SacIa(_) => "SAC-IA",
+        MetricConfig::PointDistance(_) => "PC Dist",
+        MetricConfig::OverlappedPoints(_) => "#OP",
+        MetricConfig::SoftOverlap(_) => "soft overlap",
+    }
+}
+
+/// The same metric at another threshold.
+pub(crate) fn at_threshold(metric: &MetricConfig, threshold_pr: f64) -> MetricConfig {
+    let mut metric = metric.clone();
+    let place = match &mut metric {
+        MetricConfig::InlierCount(c)
+        | MetricConfig::Mae(c)
+        | MetricConfig::Mse(c)
+        | MetricConfig::LogCosh(c)
+        | MetricConfig::Exp(c)
+        | MetricConfig::Huber(c)
+        | MetricConfig::Msac(c)
+        | MetricConfig::Magsac(c)
+        | MetricConfig::SacIa(c) => &mut c.threshold,
+        MetricConfig::Quantile(c) | MetricConfig::NegQuantile(c) => &mut c.threshold,
+        MetricConfig::PointDistance(c) => &mut c.threshold,
+        MetricConfig::OverlappedPoints(c) | MetricConfig::SoftOverlap(c) => &mut c.threshold,
+    };
+    *place = Length::Resolutions(threshold_pr);
+    metric
+}
+
+/// The paper's name of an estimator, or ours where it has none.
+pub(crate) fn estimator_name(estimator: &EstimatorConfig) -> &'static str {
+    match estimator {
+        EstimatorConfig::Ransac(_) => "RANSAC",
+        EstimatorConfig::TwoPoint(_) => "2SAC-GC",
+        EstimatorConfig::OnePoint(_) => "1P-RANSAC",
+        EstimatorConfig::SacIa(_) => "SAC-IA",
+        EstimatorConfig::Pivots(_) => "pivots",
+    }
+}
+
+/// The same estimator with another budget, where it has one.
+pub(crate) fn with_iterations(estimator: &EstimatorConfig, iterations: u64) -> EstimatorConfig {
+    let mut estimator = estimator.clone();
+    match &mut estimator {
+        EstimatorConfig::Ransac(c) => c.iterations = iterations,
+        EstimatorConfig::TwoPoint(c) => c.iterations = iterations,
+        EstimatorConfig::OnePoint(c) => c.iterations = iterations,
+        EstimatorConfig::SacIa(c) => c.iterations = iterations,
+        EstimatorConfig::Pivots(_) => {}
+    }
+    estimator
+}

@@ -1,0 +1,258 @@
+//! What is written down about one pair.
+
+use crate::{GroundTruth, csv_line, inlier_share, repeatability};
+use congruent_geometry::{RigidTransform, to_rows};
+use congruent_metrics::Evidence;
+use congruent_pipeline::{Registration, Trace, Verdict};
+use serde::{Deserialize, Serialize};
+
+/// Keypoints this close, in `pr` of the chain, are the same.
+const REPEATED_WITHIN_PR: f64 = 2.0;
+/// Surface this close is shared.
+const SHARED_WITHIN_PR: f64 = 4.0;
+
+/// Whether a pair counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Status {
+    /// It does.
+    Scored,
+    /// The scans share too little surface under the truth; listed, not counted.
+    NotEvaluable,
+    /// A file could not be used; listed, not counted.
+    Error,
+}
+
+/// One pair of a batch. Lengths are in data units unless their name ends in `_pr`: `pr` of the errors is the mean
+/// resolution of the two scans as they came, `pr` of matches and keypoints is that of the chain (`resolution`).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PairRow {
+    /// Which data set.
+    pub dataset: String,
+    /// As the data set names it.
+    pub source: String,
+    /// As the data set names it.
+    pub target: String,
+    /// As the data set says, else measured.
+    pub overlap: f64,
+    /// Whether it counts.
+    pub status: Status,
+    /// What was wrong with a file.
+    pub error: Option<String>,
+    /// The paper's RMSE; nothing where there is no pose.
+    pub rmse_pr: Option<f64>,
+    /// The true root mean square.
+    pub rms_pr: Option<f64>,
+    /// Rotation error, degrees.
+    pub rotation_deg: Option<f64>,
+    /// Translation error.
+    pub translation: Option<f64>,
+    /// `ok`, `ambiguous` or `failed`.
+    pub verdict: Option<String>,
+    /// Of the verdict, 0 to 1.
+    pub confidence: Option<f64>,
+    /// From two scans in memory to the answer.
+    pub seconds: f64,
+    /// Points that the scans share under the truth.
+    pub n_shared: usize,
+    /// Mean resolution of the scans as they came.
+    pub raw_resolution: f64,
+    /// What `pr` meant in the chain.
+    pub resolution: f64,
+    /// Correspondences that were kept.
+    pub matches: usize,
+    /// Of these, true ones: within 5 pr of the truth …
+    pub inliers_5pr: usize,
+    /// … and within 7.5 pr.
+    pub inliers_7_5pr: usize,
+    /// Share of source keypoints on shared surface that the target has too, within 2 pr.
+    pub repeatability: Option<f64>,
+    /// The pose, row by row.
+    pub target_from_source: Option<[[f64; 4]; 4]>,
+    /// Fingerprint of the configuration and the program's version.
+    pub configuration: String,
+    /// Fingerprint of the pair and its truth.
+    pub pair: String,
+}
+
+impl PairRow {
+    /// Columns of [`PairRow::csv`].
+    pub const COLUMNS: [&str; 23] = [
+        "dataset",
+        "source",
+        "target",
+        "overlap",
+        "status",
+        "rmse_pr",
+        "rms_pr",
+        "rotation_deg",
+        "translation",
+        "verdict",
+        "confidence",
+        "seconds",
+        "n_shared",
+        "raw_resolution",
+        "resolution",
+        "matches",
+        "inliers_5pr",
+        "inlier_ratio_5pr",
+        "inliers_7_5pr",
+        "inlier_ratio_7_5pr",
+        "repeatability",
+        "configuration",
+        "error",
+    ];
+
+    /// A row that knows its pair and nothing else yet.
+    #[must_use]
+    pub fn new(dataset: &str, source: &str, target: &str, overlap: f64) -> Self {
+        PairRow {
+            dataset: dataset.to_owned(),
+            source: source.to_owned(),
+            target: target.to_owned(),
+            overlap,
+            status: Status::Scored,
+            error: None,
+            rmse_pr: None,
+            rms_pr: None,
+            rotation_deg: None,
+            translation: None,
+            verdict: None,
+            confidence: None,
+            seconds: 0.0,
+            n_shared: 0,
+            raw_resolution: 0.0,
+            resolution: 0.0,
+            matches: 0,
+            inliers_5pr: 0,
+            inliers_7_5pr: 0,
+            repeatability: None,
+            target_from_source: None,
+            configuration: String::new(),
+            pair: String::new(),
+        }
+    }
+
+    /// The same for a pair whose files cannot be used.
+    #[must_use]
+    pub fn with_error(self, error: String) -> Self {
+        PairRow { status: Status::Error, error: Some(error), ..self }
+    }
+
+    /// Judges an answer.
+    #[must_use]
+    pub fn judged(mut self, truth: &GroundTruth, registration: &Registration, trace: &Trace, seconds: f64) -> Self {
+        self.status = if truth.is_evaluable() { Status::Scored } else { Status::NotEvaluable };
+        self.verdict = Some(name_of(&registration.verdict).to_owned());
+        self.confidence = Some(registration.confidence);
+        self.seconds = seconds;
+        self.n_shared = truth.n_shared();
+        self.raw_resolution = truth.resolution();
+        self.resolution = registration.resolution;
+        self.matches = trace.matches.len();
+        self.count_matches(truth.centred(), trace, registration.resolution);
+        if let Some(pose) = &registration.target_from_source {
+            self.target_from_source = Some(to_rows(pose));
+            if let Some(errors) = truth.errors(pose) {
+                self.rmse_pr = Some(errors.rmse_pr);
+                self.rms_pr = Some(errors.rms_pr);
+                self.rotation_deg = Some(errors.rotation_deg);
+                self.translation = Some(errors.translation);
+            }
+        }
+        self
+    }
+
+    /// Whether the pose is off by less than `d_rmse` resolutions. A pair without a pose is wrong.
+    #[must_use]
+    pub fn is_right(&self, d_rmse: f64) -> bool {
+        self.rmse_pr.is_some_and(|rmse| rmse < d_rmse)
+    }
+
+    /// One line of CSV, in the order of [`PairRow::COLUMNS`].
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let number = |v: f64| format!("{v:.6}");
+        let maybe = |v: Option<f64>| v.map_or(String::new(), number);
+        let ratio = |n: usize| number(n as f64 / self.matches.max(1) as f64);
+        let status = match self.status {
+            Status::Scored => "scored",
+            Status::NotEvaluable => "not-evaluable",
+            Status::Error => "error",
+        };
+        csv_line([
+            self.dataset.clone(),
+            self.source.clone(),
+            self.target.clone(),
+            number(self.overlap),
+            status.to_owned(),
+            maybe(self.rmse_pr),
+            maybe(self.rms_pr),
+            maybe(self.rotation_deg),
+            // Data units may be metres or millimetres.
+            self.translation.map_or(String::new(), |v| format!("{v:.6e}")),
+            self.verdict.clone().unwrap_or_default(),
+            maybe(self.confidence),
+            number(self.seconds),
+            self.n_shared.to_string(),
+            format!("{:.6e}", self.raw_resolution),
+            format!("{:.6e}", self.resolution),
+            self.matches.to_string(),
+            self.inliers_5pr.to_string(),
+            ratio(self.inliers_5pr),
+            self.inliers_7_5pr.to_string(),
+            ratio(self.inliers_7_5pr),
+            maybe(self.repeatability),
+            self.configuration.clone(),
+            self.error.clone().unwrap_or_default(),
+        ])
+    }
+
+    fn count_matches(&mut self, truth: &RigidTransform, trace: &Trace, resolution: f64) {
+        let Some(surfaces) = &trace.surfaces else { return };
+        let (source, target) = (surfaces.source.points(), surfaces.target.points());
+        let ends = trace.matches.iter().map(|m| (source[m.source as usize], target[m.target as usize]));
+        let evidence = Evidence::new(ends);
+        self.inliers_5pr = inlier_share(&evidence, truth, 5.0 * resolution).inliers;
+        self.inliers_7_5pr = inlier_share(&evidence, truth, 7.5 * resolution).inliers;
+        let keypoints = surfaces.as_ref().zip(trace.keypoints.as_ref()).map(|(surface, keypoints)| {
+            keypoints.iter().map(|k| surface.points()[k.index as usize]).collect::<Vec<_>>()
+        });
+        self.repeatability = repeatability(
+            &keypoints.source,
+            &keypoints.target,
+            surfaces.target.index(),
+            truth,
+            REPEATED_WITHIN_PR * resolution,
+            SHARED_WITHIN_PR * resolution,
+        );
+    }
+}
+
+fn name_of(verdict: &Verdict) -> &'static str {
+    match verdict {
+        Verdict::Ok => "ok",
+        Verdict::Ambiguous => "ambiguous",
+        Verdict::Failed(_) => "failed",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_has_every_column_and_an_error_is_quoted() {
+        let row = PairRow::new("set", "a.ply", "b.ply", 0.25).with_error("a.ply: no file, no scan".to_owned());
+        let line = row.csv();
+        assert!(line.starts_with("set,a.ply,b.ply,0.250000,error,,,,"), "{line}");
+        assert!(line.ends_with(",\"a.ply: no file, no scan\""), "{line}");
+        assert_eq!(line.matches(',').count(), PairRow::COLUMNS.len() - 1 + 1);
+    }
+
+    #[test]
+    fn a_pose_is_right_strictly_below_the_bound() {
+        let row = PairRow { rmse_pr: Some(2.5), ..PairRow::new("", "", "", 0.0) };
+        assert!(row.is_right(2.6) && !row.is_right(2.5) && !PairRow::new("", "", "", 0.0).is_right(9.0));
+    }
+}

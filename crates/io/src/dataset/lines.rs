@@ -1,0 +1,75 @@
+//! What the readers of ground truth share.
+
+use crate::error::excerpt;
+
+/// Why a description or ground truth cannot be used. Lines count from one.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DatasetFault {
+    /// The bytes are no text.
+    #[error("is no UTF-8 text; export it again as plain text")]
+    NotText,
+    /// `dataset.toml` is not what it should be.
+    #[error("line {line}: {message}; see the files in datasets/ for examples")]
+    Description {
+        /// Where.
+        line: usize,
+        /// What is wrong.
+        message: String,
+    },
+    /// A column is missing.
+    #[error(
+        "there is no column `{missing}`; the header should be source,target,overlap,r00,r01,r02,tx,r10,r11,r12,ty,r20,r21,r22,tz"
+    )]
+    Column {
+        /// Its name.
+        missing: &'static str,
+    },
+    /// Fields are missing, or too many.
+    #[error("line {line}: holds {found} fields; {expected}")]
+    Width {
+        /// Where.
+        line: usize,
+        /// Fields there are.
+        found: usize,
+        /// What a line should hold.
+        expected: &'static str,
+    },
+    /// A field is no finite number.
+    #[error("line {line}: `{token}` is not a finite number; correct the line or remove it")]
+    NotANumber {
+        /// Where.
+        line: usize,
+        /// The field.
+        token: String,
+    },
+    /// The file ends in the middle of a matrix.
+    #[error("ends inside the matrix that begins after line {line}; copy the file again")]
+    Cut {
+        /// Of the pair.
+        line: usize,
+    },
+    /// A matrix is far from a rigid motion.
+    #[error("line {line}: the matrix is far from a rotation with a shift; it must not scale, shear or mirror")]
+    NotRigid {
+        /// Where.
+        line: usize,
+    },
+    /// A name in a folder of poses is not SOURCE-TARGET.
+    #[error("the name should be SOURCE-TARGET.xf; rename it or move it out of the folder")]
+    Name,
+}
+
+/// Lines with something on them, with their numbers.
+pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    (1..).zip(text.lines().map(str::trim)).filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+}
+
+pub(super) fn number(token: &str, line: usize) -> Result<f64, DatasetFault> {
+    let value = token.parse::<f64>().ok().filter(|value| value.is_finite());
+    value.ok_or_else(|| DatasetFault::NotANumber { line, token: excerpt(token.as_bytes()) })
+}
+
+pub(super) fn numbers(tokens: &[&str], line: usize) -> Result<Vec<f64>, DatasetFault> {
+    tokens.iter().map(|token| number(token, line)).collect()
+}

@@ -1,0 +1,288 @@
+//! Data sets in the manner of the four that registration papers use, with exact truth.
+//!
+//! A benchmark is a row of groups: a few scans and the pairs among them. Group *g* depends on the kind, the seed and *g*
+//! alone, so a longer benchmark begins with the shorter one.
+
+use crate::Mesh;
+use crate::nuisances::cut_holes;
+use crate::pair::overlap;
+use crate::scanner::{RangeNoise, RangeScan, VirtualScanner};
+use crate::shapes::{FIGURINE_HEIGHT, figurine, plane};
+use congruent_geometry::random::Stream;
+use congruent_geometry::{NeighborIndex, Point, RawScan, RigidTransform, narrow, resolution};
+use nalgebra::{Point3, Translation3, UnitQuaternion, Vector3};
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Views of one figurine in a group.
+const VIEWS: u64 = 8;
+/// Figurines that scenes are made of, as many as U3OR has models.
+const MODELS: u64 = 5;
+/// Of which a scene holds this many.
+const IN_SCENE: usize = 4;
+/// Pairs of views that share less are not listed: the usual choice for U3M.
+const MIN_OVERLAP: f64 = 0.1;
+/// Points are shared within this, in resolutions: the evaluation's own rule.
+const SHARED_WITHIN_PR: f64 = 4.0;
+/// Image sides of one figurine and of a scene, by laser (25 000 points or more, as in U3M) and by Kinect.
+const LASER_PIXELS: [u32; 2] = [320, 480];
+const KINECT_PIXELS: [u32; 2] = [140, 320];
+/// Laser noise, figurine units (hundredths of its height).
+const LASER_SIGMA: f64 = 0.04;
+/// A Kinect's noise grows with the square of the range; at a figurine's distance it is about half a resolution.
+const KINECT_GROWTH: f64 = 6e-6;
+/// And its ranges come in steps.
+const KINECT_STEP: f64 = 0.25;
+/// Holes where a Kinect sees nothing.
+const KINECT_HOLES: usize = 6;
+/// Distance of the sensor in radii of what it looks at: a figurine, a scene.
+const DISTANCE_FACTORS: [f64; 2] = [3.5, 2.0];
+/// Radius of the circle that a scene's figurines stand on.
+const SCENE_RADIUS: f64 = 62.0;
+/// Side of the table that they stand on.
+const TABLE_SIZE: f64 = 260.0;
+
+/// Which data set to resemble.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Laser scans of one object from all around: limited overlap, self-occlusion, little noise.
+    U3m,
+    /// Kinect images of one object: noise that grows with the range, steps, holes.
+    Bmr,
+    /// Whole models in cluttered laser scans of several objects.
+    U3or,
+    /// Kinect images of single objects in cluttered Kinect images of several.
+    Bod5,
+}
+
+/// A few scans and the pairs among them.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// With their names, which are unique in the benchmark.
+    pub scans: Vec<(String, RawScan)>,
+    /// Pairs of positions in `scans`.
+    pub pairs: Vec<GroupPair>,
+}
+
+/// Two scans and their truth.
+#[derive(Clone, Debug)]
+pub struct GroupPair {
+    /// Position of the scan to be moved.
+    pub source: usize,
+    /// Position of the scan that stays.
+    pub target: usize,
+    /// Exact but for the rounding of `f64`.
+    pub target_from_source: RigidTransform,
+    /// Share of points within four resolutions of the other scan: the smaller of both directions for views, of the
+    /// source's points for scenes.
+    pub overlap: f64,
+}
+
+/// A data set that can be made group by group.
+pub struct Benchmark {
+    kind: Kind,
+    seed: u64,
+    /// Of the scenes; empty for the other kinds.
+    models: Vec<Mesh>,
+}
+
+/// What a sensor looks at.
+#[derive(Clone, Copy)]
+enum Subject {
+    Figurine,
+    Scene,
+}
+
+/// A scan that knows where it was taken from.
+struct Look {
+    name: String,
+    scan: RawScan,
+    world_from_scan: RigidTransform,
+}
+
+impl Benchmark {
+    /// Prepares what all groups share.
+    #[must_use]
+    pub fn new(kind: Kind, seed: u64) -> Self {
+        let n_models = if kind.has_scenes() { MODELS } else { 0 };
+        let models = (0..n_models).into_par_iter().map(|model| figurine(shape_seed(seed, model))).collect();
+        Benchmark { kind, seed, models }
+    }
+
+    /// The scans and pairs of one group. Few groups have no pairs.
+    #[must_use]
+    pub fn group(&self, group: u64) -> Group {
+        if self.kind.has_scenes() { self.scene(group) } else { self.views(group) }
+    }
+
+    /// One figurine from several sides.
+    fn views(&self, group: u64) -> Group {
+        let mesh = figurine(shape_seed(self.seed, group));
+        let looks: Vec<Look> = (0..VIEWS)
+            .into_par_iter()
+            .map(|view| {
+                let item = group * VIEWS + view;
+                let mut stream = Stream::new(self.seed, item);
+                // All around, but not evenly, and from a little below to well above.
+                let azimuth = TAU * (view as f64 + stream.between(-0.35, 0.35)) / VIEWS as f64;
+                let elevation = stream.between(-0.15, 0.7);
+                self.look(&mesh, [azimuth, elevation], Subject::Figurine, item, format!("g{group:03}_v{view}.ply"))
+            })
+            .collect();
+        let candidates: Vec<(usize, usize)> =
+            (0..looks.len()).flat_map(|target| (target + 1..looks.len()).map(move |source| (source, target))).collect();
+        let pairs: Vec<GroupPair> = candidates
+            .par_iter()
+            .map(|&(source, target)| pair(&looks, source, target, Direction::Both))
+            .filter(|pair| pair.overlap >= MIN_OVERLAP)
+            .collect();
+        Group { scans: looks.into_iter().map(|look| (look.name, look.scan)).collect(), pairs }
+    }
+
+    /// Several figurines on a table, and each of them by itself.
+    fn scene(&self, group: u64) -> Group {
+        let mut stream = Stream::new(self.seed, group);
+        let absent = group as usize % self.models.len();
+        let present: Vec<usize> = (0..self.models.len()).filter(|m| *m != absent).take(IN_SCENE).collect();
+        let mut mesh = plane(TABLE_SIZE, 40);
+        mesh.points.iter_mut().for_each(|p| p[2] -= FIGURINE_HEIGHT / 2.0);
+        let mut places = Vec::new();
+        let start = stream.between(0.0, TAU);
+        for (i, &model) in present.iter().enumerate() {
+            let angle = start + TAU * i as f64 / present.len() as f64;
+            let radius = SCENE_RADIUS * stream.between(0.75, 1.0);
+            let at = Translation3::new(radius * angle.cos(), radius * angle.sin(), 0.0);
+            let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), stream.between(0.0, TAU));
+            let place = RigidTransform::from_parts(at, turn);
+            mesh.append(&placed(&self.models[model], &place));
+            places.push(place);
+        }
+        let (azimuth, elevation) = (stream.between(0.0, TAU), stream.between(0.35, 0.75));
+        let item = u64::MAX / 2 + group;
+        let scene = self.look(&mesh, [azimuth, elevation], Subject::Scene, item, format!("scene{group:03}.ply"));
+        let mut looks = vec![scene];
+        for (&model, place) in present.iter().zip(&places) {
+            let mut look = self.model(group, model, &mut stream);
+            look.world_from_scan = place * look.world_from_scan;
+            looks.push(look);
+        }
+        let pairs = (1..looks.len()).map(|source| pair(&looks, source, 0, Direction::SourceAlone)).collect();
+        Group { scans: looks.into_iter().map(|look| (look.name, look.scan)).collect(), pairs }
+    }
+
+    /// A figurine by itself, in its own frame: the whole surface, or one image of it.
+    fn model(&self, group: u64, model: usize, stream: &mut Stream) -> Look {
+        let mesh = &self.models[model];
+        if self.kind == Kind::U3or {
+            let scan = RawScan { points: mesh.points.clone(), ..RawScan::default() };
+            return Look { name: format!("model{model}.ply"), scan, world_from_scan: RigidTransform::identity() };
+        }
+        let (azimuth, elevation) = (stream.between(0.0, TAU), stream.between(0.0, 0.6));
+        let item = u64::MAX / 4 + group * MODELS + model as u64;
+        self.look(mesh, [azimuth, elevation], Subject::Figurine, item, format!("model{model}_{group:03}.ply"))
+    }
+
+    fn look(&self, mesh: &Mesh, [azimuth, elevation]: [f64; 2], subject: Subject, item: u64, name: String) -> Look {
+        let orbit = VirtualScanner::orbit(
+            mesh,
+            azimuth,
+            elevation,
+            DISTANCE_FACTORS[subject as usize],
+            self.kind.pixels()[subject as usize],
+        );
+        let scanner = VirtualScanner { noise: self.kind.noise(), ..orbit };
+        let seed = Stream::new(self.seed, item).below(u32::MAX).into();
+        let RangeScan { points, world_from_sensor, .. } = scanner.scan(mesh, seed);
+        let scan = RawScan { points, ..RawScan::default() };
+        let scan = if self.kind.is_kinect() { cut_holes(&scan, KINECT_HOLES, seed) } else { scan };
+        Look { name, scan, world_from_scan: world_from_sensor }
+    }
+}
+
+impl Kind {
+    fn has_scenes(self) -> bool {
+        matches!(self, Kind::U3or | Kind::Bod5)
+    }
+
+    fn is_kinect(self) -> bool {
+        matches!(self, Kind::Bmr | Kind::Bod5)
+    }
+
+    fn pixels(self) -> [u32; 2] {
+        if self.is_kinect() { KINECT_PIXELS } else { LASER_PIXELS }
+    }
+
+    fn noise(self) -> RangeNoise {
+        if self.is_kinect() {
+            RangeNoise { sigma: 0.0, growth: KINECT_GROWTH, step: KINECT_STEP }
+        } else {
+            RangeNoise::gaussian(LASER_SIGMA)
+        }
+    }
+}
+
+/// Streams of shapes and of views must not meet.
+fn shape_seed(seed: u64, shape: u64) -> u64 {
+    seed.wrapping_mul(1_000_003).wrapping_add(shape)
+}
+
+fn placed(mesh: &Mesh, place: &RigidTransform) -> Mesh {
+    let points = mesh.points.iter().map(|&p| (place * Point3::from(p)).into()).collect();
+    Mesh { points, triangles: mesh.triangles.clone() }
+}
+
+/// Whose points count for the overlap.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Direction {
+    Both,
+    SourceAlone,
+}
+
+fn pair(looks: &[Look], source: usize, target: usize, direction: Direction) -> GroupPair {
+    let (s, t) = (&looks[source], &looks[target]);
+    let target_from_source = t.world_from_scan.inverse() * s.world_from_scan;
+    let radius = SHARED_WITHIN_PR * f64::midpoint(spacing(&s.scan), spacing(&t.scan));
+    let forth = overlap(&s.scan, &t.scan, &target_from_source, radius);
+    let shared = match direction {
+        Direction::SourceAlone => forth,
+        Direction::Both => forth.min(overlap(&t.scan, &s.scan, &target_from_source.inverse(), radius)),
+    };
+    GroupPair { source, target, target_from_source, overlap: shared }
+}
+
+/// Mean distance between neighbouring points; zero for fewer than two.
+fn spacing(scan: &RawScan) -> f64 {
+    let points: Vec<Point> = scan.points.iter().map(|&p| narrow(&p.into())).collect();
+    resolution(&points, &NeighborIndex::new(&points)).map_or(0.0, |r| r.mean)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_has_pairs_whose_truth_brings_surface_onto_surface() {
+        for (kind, fewest) in [(Kind::U3m, 8), (Kind::Bmr, 8), (Kind::U3or, 4), (Kind::Bod5, 4)] {
+            let group = Benchmark::new(kind, 5).group(0);
+            assert!(group.pairs.len() >= fewest, "{kind:?}: {} pairs", group.pairs.len());
+            for pair in &group.pairs {
+                let (source, target) = (&group.scans[pair.source].1, &group.scans[pair.target].1);
+                assert!(source.points.len() > 1000 && target.points.len() > 1000, "{kind:?}");
+                let radius = 2.0 * spacing(source).max(spacing(target));
+                let truly = overlap(source, target, &pair.target_from_source, radius);
+                let aside = RigidTransform::translation(0.0, 0.0, 30.0) * pair.target_from_source;
+                assert!(truly > 1.5 * overlap(source, target, &aside, radius), "{kind:?} {truly}");
+            }
+            let overlaps: Vec<f64> = group.pairs.iter().map(|pair| pair.overlap).collect();
+            assert!(kind.has_scenes() || overlaps.iter().all(|v| (MIN_OVERLAP..=1.0).contains(v)), "{overlaps:?}");
+        }
+    }
+
+    #[test]
+    fn a_group_depends_on_seed_and_number_alone() {
+        let scans = |seed, group| Benchmark::new(Kind::Bmr, seed).group(group).scans;
+        assert_eq!(scans(1, 1), scans(1, 1));
+        assert_ne!(scans(1, 1), scans(2, 1));
+        assert_ne!(scans(1, 1)[0].1, scans(1, 0)[0].1);
+    }
+}
