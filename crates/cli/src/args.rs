@@ -82,6 +82,15 @@ pub(crate) struct AlignArgs {
     pub(crate) target: PathBuf,
     #[command(flatten)]
     pub(crate) run: RunArgs,
+    /// Where the scanner stood, in each file's own coordinates, if it is known; estimated otherwise
+    #[arg(long, value_name = "X,Y,Z", value_parser = coordinates, allow_hyphen_values = true)]
+    pub(crate) viewpoint: Option<[f64; 3]>,
+    /// The same for the source alone
+    #[arg(long, value_name = "X,Y,Z", value_parser = coordinates, allow_hyphen_values = true)]
+    pub(crate) source_viewpoint: Option<[f64; 3]>,
+    /// The same for the target alone
+    #[arg(long, value_name = "X,Y,Z", value_parser = coordinates, allow_hyphen_values = true)]
+    pub(crate) target_viewpoint: Option<[f64; 3]>,
     /// Print one JSON object instead of a summary
     #[arg(long)]
     pub(crate) json: bool,
@@ -399,4 +408,13 @@ pub(crate) struct DemoArgs {
     pub(crate) directory: PathBuf,
     #[command(flatten)]
     pub(crate) run: RunArgs,
+}
+
+/// Three finite numbers with commas between them.
+fn coordinates(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Option<Vec<f64>> =
+        text.split(',').map(|part| part.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
+    numbers
+        .and_then(|n| <[f64; 3]>::try_from(n).ok())
+        .ok_or_else(|| "write three numbers, for instance 0,0,1.5".to_owned())
 }

@@ -24,6 +24,8 @@ pub(crate) struct Report {
     score: Option<f64>,
     /// Decimal logarithm of the number of random poses that would have as many inliers.
     log10_false_alarms: Option<f64>,
+    /// From where the scans were taken to be seen: source, target.
+    views: Option<[View; 2]>,
     /// Mean squared parting of the surfaces for a unit motion in each of six independent directions, ascending: small
     /// numbers are directions in which the surfaces slide on each other.
     stiffness: Option<[f64; 6]>,
@@ -38,6 +40,14 @@ pub(crate) struct Report {
     lengths: BTreeMap<String, f64>,
     seed: u64,
     timings: BTreeMap<&'static str, f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct View {
+    /// File coordinates; nothing where no single viewpoint explains the scan.
+    viewpoint: Option<[f64; 3]>,
+    /// Whether the side that the normals point to is sure.
+    sure: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -119,6 +129,9 @@ impl Report {
             confidence: registration.confidence,
             score: registration.score,
             log10_false_alarms: registration.log10_false_alarms,
+            views: registration.views.map(|views| {
+                [views.source, views.target].map(|v| View { viewpoint: v.viewpoint.map(Into::into), sure: v.sure })
+            }),
             stiffness: registration.hold.map(|hold| hold.stiffness),
             stiffness_noise: registration.hold.map(|hold| hold.noise),
             agreement: registration.agreement.map(|a| Agreement {

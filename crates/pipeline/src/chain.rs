@@ -25,6 +25,8 @@ pub(crate) struct Answer {
     /// By the metric.
     pub(crate) score: f64,
     pub(crate) hold: Hold,
+    /// How the normals were oriented.
+    pub(crate) oriented: Pair<Oriented>,
     /// How the surfaces lie on each other, where that was looked at.
     pub(crate) agreement: Option<Agreement>,
     /// Decimal logarithm of the number of random poses with so many inliers.
@@ -81,7 +83,7 @@ impl Chain<'_, '_> {
         let evidence = self.evidence(surfaces, &trace.matches)?;
         trace.pool = self.pool(surfaces, &evidence)?;
         let chosen = self.chosen(prepared, &trace.pool);
-        Ok(self.judged(&chosen, surfaces, &evidence))
+        Ok(self.judged(&chosen, prepared, &evidence))
     }
 
     fn prepared<'p>(&mut self, scans: &Pair<&'p Scan>, signs: Signs) -> Result<Option<Prepared<'p>>, Failure> {
@@ -184,7 +186,8 @@ impl Chain<'_, '_> {
         measure.measure(&surfaces.source, &surfaces.target, surfaces.target.index(), pose).hold
     }
 
-    fn judged(&mut self, chosen: &Chosen, surfaces: &Pair<Surface>, evidence: &Evidence) -> Answer {
+    fn judged(&mut self, chosen: &Chosen, prepared: &Prepared<'_>, evidence: &Evidence) -> Answer {
+        let surfaces = &prepared.surfaces;
         let (config, resolution) = (self.config, self.resolution);
         let metric = config.metric.build(resolution, stages::clouds(surfaces));
         let pose = &chosen.target_from_source;
@@ -199,6 +202,7 @@ impl Chain<'_, '_> {
             target_from_source: *pose,
             score: metric.score(evidence, pose).value(),
             hold: evidence_of.hold,
+            oriented: prepared.oriented,
             agreement: chosen.ranked.map(|ranked| Agreement::new(&ranked, resolution)),
             log10_false_alarms: significance.log10_false_alarms,
             judgement,

@@ -3,8 +3,8 @@
 use crate::config::{BudgetConfig, NeighborhoodConfig};
 use crate::{Failure, NormalSource, NormalsConfig, SamplingConfig};
 use congruent_geometry::{
-    NeighborIndex, Neighborhood, Oriented, Point, Sample, Scan, Surface, estimate_normals, orient, resolution,
-    resolution_at, vertex_normals, voxel_centroids,
+    NeighborIndex, Neighborhood, Orientation, Oriented, Point, Sample, Scan, Surface, estimate_normals, orient,
+    resolution, resolution_at, vertex_normals, voxel_centroids,
 };
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -31,6 +31,8 @@ pub(crate) struct Sampled {
 pub(crate) struct Cloud {
     sample: Sample,
     origin: Vector3<f64>,
+    /// Where the scanner stood, if that is known; centred.
+    viewpoint: Option<Vector3<f64>>,
     index: NeighborIndex,
     resolution: f64,
 }
@@ -54,9 +56,8 @@ pub(crate) fn sample(scans: &[&Scan], config: &SamplingConfig, normals: NormalSo
             (samples, Some(leaf / 2.0))
         }
     };
-    let origins = scans.iter().map(|scan| *scan.origin());
-    let parts: Vec<(Sample, Vector3<f64>)> = samples.into_iter().zip(origins).collect();
-    let clouds: Vec<_> = parts.into_par_iter().map(|(sample, origin)| Cloud::new(sample, origin, queries)).collect();
+    let parts: Vec<(Sample, &Scan)> = samples.into_iter().zip(scans.iter().copied()).collect();
+    let clouds: Vec<_> = parts.into_par_iter().map(|(sample, scan)| Cloud::new(sample, scan, queries)).collect();
     // The first failure, not the one that happened first.
     let clouds = clouds.into_iter().collect::<Result<Vec<Cloud>, Failure>>()?;
     let resolution = unit.unwrap_or_else(|| mean(&clouds.iter().map(|cloud| cloud.resolution).collect::<Vec<_>>()));
@@ -100,11 +101,12 @@ fn within_budget(budget: &BudgetConfig, raw_resolution: f64, thin: impl Fn(f64) 
 }
 
 impl Cloud {
-    fn new(sample: Sample, origin: Vector3<f64>, queries: usize) -> Result<Cloud, Failure> {
+    fn new(sample: Sample, scan: &Scan, queries: usize) -> Result<Cloud, Failure> {
         let index = NeighborIndex::new(&sample.points);
         match resolution_at(&sample.points, &index, queries) {
             Some(resolution) if sample.points.len() >= 3 => {
-                Ok(Cloud { sample, origin, index, resolution: resolution.mean })
+                let (origin, viewpoint) = (*scan.origin(), scan.viewpoint());
+                Ok(Cloud { sample, origin, viewpoint, index, resolution: resolution.mean })
             }
             _ => Err(Failure::FewPoints { left: sample.points.len() }),
         }
@@ -121,7 +123,12 @@ impl Cloud {
         };
         let mut normals: Vec<Point> =
             estimate_normals(&points, &self.index, neighborhood).iter().map(|n| n.normal).collect();
-        let oriented = orient(config.orientation, &points, &self.origin, &self.index, resolution, &mut normals);
+        // A viewpoint that is known need not be estimated.
+        let policy = match (config.orientation, self.viewpoint) {
+            (Orientation::Estimated {}, Some(known)) => Orientation::Viewpoint { at: (known + self.origin).into() },
+            (policy, _) => policy,
+        };
+        let oriented = orient(policy, &points, &self.origin, &self.index, resolution, &mut normals);
         for (normal, given) in normals.iter_mut().zip(self.sample.normals.iter().flatten()) {
             if *given != [0.0; 3] {
                 *normal = *given;

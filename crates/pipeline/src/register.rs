@@ -6,7 +6,7 @@ use crate::{
     Counts, EscalationStep, Failure, Pair, PipelineConfig, RankingConfig, Registration, SamplingConfig, Signs, Stage,
     Trace, Verdict,
 };
-use congruent_geometry::{RigidTransform, Scan, uncentred};
+use congruent_geometry::{Oriented, RigidTransform, Scan, uncentred};
 use nalgebra::Vector3;
 use std::convert::Infallible;
 
@@ -114,6 +114,7 @@ impl Attempt {
             confidence: answer.as_ref().map_or(0.0, |answer| answer.judgement.confidence),
             score: answer.as_ref().map(|answer| answer.score),
             log10_false_alarms: answer.as_ref().map(|answer| answer.log10_false_alarms),
+            views: answer.as_ref().map(|answer| views(&answer.oriented, origins)),
             hold: answer.as_ref().map(|answer| answer.hold),
             agreement: answer.and_then(|answer| answer.agreement),
             counts: self.counts,
@@ -141,4 +142,13 @@ impl EscalationStep {
         }
         harder
     }
+}
+
+/// Viewpoints in file coordinates.
+fn views(oriented: &Pair<Oriented>, origins: &Pair<Vector3<f64>>) -> Pair<Oriented> {
+    let placed = |oriented: Oriented, origin: Vector3<f64>| Oriented {
+        viewpoint: oriented.viewpoint.map(|viewpoint| viewpoint + origin),
+        ..oriented
+    };
+    Pair { source: placed(oriented.source, origins.source), target: placed(oriented.target, origins.target) }
 }

@@ -2,7 +2,7 @@
 
 use crate::ranking::Ranked;
 use crate::{Failure, Pair, StageTime};
-use congruent_geometry::RigidTransform;
+use congruent_geometry::{Oriented, RigidTransform};
 use congruent_refinement::Hold;
 
 /// Whether the pose is to be believed.
@@ -85,6 +85,9 @@ pub struct Registration {
     pub score: Option<f64>,
     /// Decimal logarithm of the number of random poses that would have as many inliers, among all that were tried.
     pub log10_false_alarms: Option<f64>,
+    /// From where each scan was taken to be seen, file coordinates where one viewpoint explains it, and whether the side
+    /// that the normals point to is sure.
+    pub views: Option<Pair<Oriented>>,
     /// How firmly the surfaces hold the pose where they touch.
     pub hold: Option<Hold>,
     /// How the surfaces lie on each other, where the ranking looked at that.

@@ -1,7 +1,7 @@
 //! `congruent align`: two scans in, one pose out.
 
 use super::stages::save;
-use super::{Loaded, load, on_threads};
+use super::{Loaded, load_seen_from, on_threads};
 use crate::args::{AlignArgs, RunArgs};
 use crate::progress::Progress;
 use crate::result::Report;
@@ -58,13 +58,13 @@ impl Aligned {
     }
 }
 
-/// Reads and registers two files.
-pub(super) fn align(files: Pair<&Path>, run: &RunArgs) -> Result<Aligned> {
+/// Reads and registers two files; `viewpoints` are in file coordinates and go before what the files say.
+pub(super) fn align(files: Pair<&Path>, viewpoints: Pair<Option<[f64; 3]>>, run: &RunArgs) -> Result<Aligned> {
     let config = configuration::resolve(run)?;
     let start = Instant::now();
     let (scans, (registration, trace), reading) =
         on_threads(run.threads, || -> Result<(Pair<Loaded>, (Registration, Trace), Duration)> {
-            let scans = files.map(|path| load(path)).both()?;
+            let scans = files.zip(viewpoints).map(|&(path, viewpoint)| load_seen_from(path, viewpoint)).both()?;
             let reading = start.elapsed();
             let progress = Progress::new();
             let registration =

@@ -49,7 +49,13 @@ pub(crate) struct Loaded {
 }
 
 pub(crate) fn load(path: &Path) -> Result<Loaded> {
-    let raw = congruent_io::read_scan(path)?;
+    load_seen_from(path, None)
+}
+
+/// The same, with the scanner's place in file coordinates where the user knows it.
+pub(crate) fn load_seen_from(path: &Path, viewpoint: Option<[f64; 3]>) -> Result<Loaded> {
+    let mut raw = congruent_io::read_scan(path)?;
+    raw.viewpoint = viewpoint.or(raw.viewpoint);
     let scan = Scan::new(&raw).with_context(|| path.display().to_string())?;
     Ok(Loaded { raw, scan })
 }
