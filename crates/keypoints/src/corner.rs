@@ -52,10 +52,8 @@ fn meeting_point(
         pull += normal * normal.dot(&offset);
     });
     let eigen = planes.symmetric_eigenvalues();
-    if !(eigen.min() > MIN_CONDITION * eigen.max()) {
-        return None;
-    }
-    Some(place + planes.try_inverse()? * pull)
+    let is_point = eigen.min() > MIN_CONDITION * eigen.max();
+    planes.try_inverse().filter(|_| is_point).map(|inverse| place + inverse * pull)
 }
 
 #[cfg(test)]

@@ -19,7 +19,9 @@ pub(super) const NOT_REGISTERED: u8 = 1;
 
 pub(super) fn run(args: &AlignArgs) -> Result<ExitCode> {
     let files = Pair { source: args.source.as_path(), target: args.target.as_path() };
-    let mut aligned = align(files, &args.run)?;
+    let viewpoints =
+        Pair { source: args.source_viewpoint.or(args.viewpoint), target: args.target_viewpoint.or(args.viewpoint) };
+    let mut aligned = align(files, viewpoints, &args.run)?;
     if let Some(directory) = &args.save_stages {
         let trace = std::mem::take(&mut aligned.trace);
         save(directory, trace, aligned.scans.as_ref().into_map(|loaded| &loaded.scan))?;
