@@ -59,29 +59,11 @@ fn meeting_point(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::surface;
-    use congruent_geometry::Point;
-
-    /// Three faces of a cube, points one apart, each with its face's normal; the corner itself comes first.
-    fn corner() -> (Surface, Vec<PointNormal>) {
-        let (mut points, mut normals): (Vec<Point>, Vec<PointNormal>) = (vec![[0.0; 3]], vec![PointNormal::default()]);
-        for face in 0..3 {
-            for i in 0..49u8 {
-                let mut point = [0.0; 3];
-                point[(face + 1) % 3] = 0.5 + f32::from(i % 7);
-                point[(face + 2) % 3] = 0.5 + f32::from(i / 7);
-                points.push(point);
-                let mut normal = [0.0; 3];
-                normal[face] = 1.0;
-                normals.push(PointNormal { normal, curvature: 0.0 });
-            }
-        }
-        (surface(points), normals)
-    }
+    use crate::testing::cube_corner;
 
     #[test]
     fn a_keypoint_beside_a_corner_moves_to_it() {
-        let (surface, normals) = corner();
+        let (surface, normals) = cube_corner(3, 7);
         let beside = (1..surface.len()).find(|&i| surface.points()[i] == [0.0, 1.5, 0.5]).unwrap();
         let keypoint = Keypoint { index: beside as u32, response: 0.03 };
         assert_eq!(refined(&surface, &normals, keypoint, 3.0, 1e-3), Keypoint { index: 0, response: 0.03 });
@@ -89,7 +71,7 @@ mod tests {
 
     #[test]
     fn a_keypoint_on_a_plane_stays() {
-        let (surface, normals) = corner();
+        let (surface, normals) = cube_corner(3, 7);
         let inside = (1..surface.len()).find(|&i| surface.points()[i] == [0.0, 5.5, 5.5]).unwrap();
         let keypoint = Keypoint { index: inside as u32, response: 0.0 };
         assert_eq!(refined(&surface, &normals, keypoint, 2.0, 1e-3), keypoint);

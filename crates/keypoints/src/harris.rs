@@ -168,8 +168,7 @@ fn mean_of_squares(surface: &Surface, normals: &[PointNormal], i: usize, radius:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{bumpy, indices, overlap, plane, surface, turned};
-    use congruent_geometry::Point;
+    use crate::testing::{bumpy, cube_corner, indices, overlap, plane, surface, turned};
 
     const METHODS: [HarrisResponse; 5] = [
         HarrisResponse::Harris,
@@ -179,28 +178,9 @@ mod tests {
         HarrisResponse::Curvature,
     ];
 
-    /// Points of the first `n_faces` faces of a cube around its corner, each with its face's normal, after the corner
-    /// itself, which has none.
-    fn cube_corner(n_faces: usize) -> (Surface, Vec<PointNormal>) {
-        let mut points: Vec<Point> = vec![[0.0; 3]];
-        let mut normals = vec![PointNormal::default()];
-        for face in 0..n_faces {
-            for i in 0..25u8 {
-                let mut point = [0.0; 3];
-                point[(face + 1) % 3] = 0.5 + f32::from(i % 5);
-                point[(face + 2) % 3] = 0.5 + f32::from(i / 5);
-                points.push(point);
-                let mut normal = [0.0; 3];
-                normal[face] = 1.0;
-                normals.push(PointNormal { normal, curvature: 0.0 });
-            }
-        }
-        (surface(points), normals)
-    }
-
     #[test]
     fn a_cube_corner_responds_most_and_an_edge_not_at_all() {
-        let (corner, normals) = cube_corner(3);
+        let (corner, normals) = cube_corner(3, 5);
         let m = mean_of_squares(&corner, &normals, 0, 4.0).unwrap();
         assert!((m.trace() - 1.0).abs() < 1e-12);
         for method in [HarrisResponse::Harris, HarrisResponse::Noble, HarrisResponse::Lowe] {
@@ -208,7 +188,7 @@ mod tests {
         }
         assert!((HarrisResponse::Tomasi.of(&m) - 1.0 / 3.0).abs() < 1e-12);
 
-        let (edge, normals) = cube_corner(2);
+        let (edge, normals) = cube_corner(2, 5);
         let m = mean_of_squares(&edge, &normals, 0, 4.0).unwrap();
         for method in METHODS {
             assert!(method.of(&m).abs() < 1e-12);
@@ -217,7 +197,7 @@ mod tests {
 
     #[test]
     fn flipped_normals_change_nothing() {
-        let (corner, mut normals) = cube_corner(3);
+        let (corner, mut normals) = cube_corner(3, 5);
         let before = mean_of_squares(&corner, &normals, 0, 4.0);
         normals.iter_mut().step_by(3).for_each(|n| n.normal = n.normal.map(|v| -v));
         assert_eq!(mean_of_squares(&corner, &normals, 0, 4.0), before);

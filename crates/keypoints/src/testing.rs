@@ -2,7 +2,9 @@
 
 use crate::Keypoint;
 use congruent_geometry::random::Stream;
-use congruent_geometry::{NeighborIndex, Neighborhood, Point, Surface, estimate_normals, narrow, resolution, wide};
+use congruent_geometry::{
+    NeighborIndex, Neighborhood, Point, PointNormal, Surface, estimate_normals, narrow, resolution, wide,
+};
 use nalgebra::Vector3;
 
 /// Points with normals of their twelve nearest, turned to +z.
@@ -73,4 +75,23 @@ pub(crate) fn overlap(a: &[u32], b: &[u32]) -> f64 {
 
 pub(crate) fn with_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap().install(work)
+}
+
+/// Points of the first `n_faces` faces of a cube around its corner, `side` by `side` of them one apart, each with its
+/// face's normal, after the corner itself, which has none.
+pub(crate) fn cube_corner(n_faces: usize, side: u8) -> (Surface, Vec<PointNormal>) {
+    let mut points: Vec<Point> = vec![[0.0; 3]];
+    let mut normals = vec![PointNormal::default()];
+    for face in 0..n_faces {
+        for i in 0..side * side {
+            let mut point = [0.0; 3];
+            point[(face + 1) % 3] = 0.5 + f32::from(i % side);
+            point[(face + 2) % 3] = 0.5 + f32::from(i / side);
+            points.push(point);
+            let mut normal = [0.0; 3];
+            normal[face] = 1.0;
+            normals.push(PointNormal { normal, curvature: 0.0 });
+        }
+    }
+    (surface(points), normals)
 }
