@@ -18,8 +18,20 @@ pub(crate) const PRESETS: [(&str, &str); 3] = [
 pub(crate) const MEMBERS: &str = include_str!("../../../configs/members.toml");
 
 /// Settings that choose a member of a family: naming another member replaces the first.
-const FAMILIES: [&str; 7] =
-    ["sampling", "normals.orientation", "detector", "descriptor", "matcher", "estimator", "metric"];
+const FAMILIES: [&str; 12] = [
+    "sampling",
+    "normals.neighborhood",
+    "normals.orientation",
+    "detector",
+    "descriptor",
+    "frame",
+    "matcher",
+    "estimator",
+    "metric",
+    "ranking",
+    "refinement",
+    "verdict",
+];
 
 /// The text of a preset.
 pub(crate) fn preset(name: &str) -> Result<&'static str> {
@@ -229,6 +241,29 @@ mod tests {
             set(&["normals.orientation.viewpoint.at=[0,0,1.5]"]).unwrap(),
             written(&["normals.orientation.viewpoint.at=[0.0,0.0,1.5]"])
         );
+    }
+
+    #[test]
+    fn naming_a_member_replaces_the_one_before() {
+        for assignment in [
+            "sampling=none",
+            "normals.neighborhood.nearest=20",
+            "normals.orientation=outward",
+            "detector=iss",
+            "descriptor=lfsh",
+            "frame=shot",
+            "matcher=nearest",
+            "estimator=one-point",
+            "metric=mae",
+            "ranking=none",
+            "refinement=none",
+            "verdict=a-contrario",
+        ] {
+            let family = assignment.split('=').next().unwrap_or_default().trim_end_matches(".nearest");
+            assert!(FAMILIES.contains(&family), "{family}");
+            let changed = assigned(&PipelineConfig::default(), assignment).unwrap();
+            assert_ne!(changed, PipelineConfig::default(), "{assignment}");
+        }
     }
 
     #[test]
