@@ -1,0 +1,34 @@
+//! `config`: settings.
+
+use clap::Subcommand;
+use std::path::PathBuf;
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum ConfigCommand {
+    /// Print a preset with its explanations, or every member of every family
+    Show {
+        /// default, fast, paper, or members
+        #[arg(default_value = "default")]
+        preset: String,
+        /// Print every setting and where it comes from: defaults < preset < folder < file < --set
+        #[arg(long)]
+        explain: bool,
+        /// A folder whose congruent.toml counts, as in batch
+        #[arg(long, value_name = "DIR", requires = "explain")]
+        folder: Option<PathBuf>,
+        /// A TOML file
+        #[arg(short, long, value_name = "FILE", requires = "explain")]
+        config: Option<PathBuf>,
+        /// Change one setting; may be repeated
+        #[arg(long, value_name = "KEY=VALUE", requires = "explain")]
+        set: Vec<String>,
+        /// Seed of all random draws
+        #[arg(long, requires = "explain")]
+        seed: Option<u64>,
+    },
+    /// Check a configuration file
+    Check {
+        /// The file
+        file: PathBuf,
+    },
+}

@@ -1,0 +1,78 @@
+//! `evaluate`, `experiment` and `simulate`: pairs with a known truth.
+
+use super::RunArgs;
+use clap::{Args as ClapArgs, ValueEnum};
+use std::path::PathBuf;
+
+/// Which pairs a batch works on.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct DatasetArgs {
+    /// A folder, or a dataset.toml
+    pub(crate) dataset: PathBuf,
+    /// Where the files of the data set are, if not beside its description
+    #[arg(long, value_name = "DIR")]
+    pub(crate) data: Option<PathBuf>,
+    /// At most N pairs, evenly from all over the list
+    #[arg(long, value_name = "N")]
+    pub(crate) pairs: Option<usize>,
+    /// Only pairs whose scans share at least this much of their points, 0 to 1
+    #[arg(long, value_name = "X", default_value_t = 0.0)]
+    pub(crate) min_overlap: f64,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct EvaluateArgs {
+    #[command(flatten)]
+    pub(crate) dataset: DatasetArgs,
+    /// Where to write pairs.csv, pairs.jsonl, config.toml and summary.txt
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// Compare with an earlier evaluation of the same pairs (McNemar's exact test)
+    #[arg(long, value_name = "DIR")]
+    pub(crate) compare: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct ExperimentArgs {
+    /// Name of an experiment, all, or a TOML file
+    pub(crate) experiment: String,
+    #[command(flatten)]
+    pub(crate) dataset: DatasetArgs,
+    /// Where to write NAME.md, NAME.csv and NAME-pairs.csv
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct SimulateArgs {
+    /// Which data set to resemble
+    pub(crate) kind: SimulatedKind,
+    /// Where to write scans/, pairs.csv and dataset.toml
+    pub(crate) directory: PathBuf,
+    /// How many pairs
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    pub(crate) pairs: usize,
+    /// The same seed gives the same data
+    #[arg(long, default_value_t = 0)]
+    pub(crate) seed: u64,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum SimulatedKind {
+    /// Laser scans of one object from all around
+    #[value(name = "u3m-like")]
+    U3m,
+    /// Depth camera images of one object: noise, steps, holes
+    #[value(name = "bmr-like")]
+    Bmr,
+    /// Whole models in cluttered laser scans
+    #[value(name = "u3or-like")]
+    U3or,
+    /// Depth camera images of models in cluttered ones
+    #[value(name = "bod5-like")]
+    Bod5,
+}

@@ -1,0 +1,23 @@
+//! `inspect` and `convert`: scan files by themselves.
+
+use clap::Args as ClapArgs;
+use std::path::PathBuf;
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct InspectArgs {
+    /// The scan file
+    pub(crate) file: PathBuf,
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct ConvertArgs {
+    /// The scan to be read, recognised by its content: PLY, OBJ, STL, OFF, PCD, XYZ/TXT/CSV, LAS/LAZ or E57
+    #[arg(value_name = "A")]
+    pub(crate) from: PathBuf,
+    /// The file to be written; its extension says which format
+    #[arg(value_name = "B")]
+    pub(crate) to: PathBuf,
+}

@@ -1,0 +1,103 @@
+//! The command line.
+
+mod align;
+mod batch;
+mod config;
+mod evaluation;
+mod files;
+mod stages;
+
+pub(crate) use align::{AlignArgs, DemoArgs};
+pub(crate) use batch::{BatchArgs, MergeArgs, PairChoice};
+pub(crate) use config::ConfigCommand;
+pub(crate) use evaluation::{DatasetArgs, EvaluateArgs, ExperimentArgs, SimulateArgs, SimulatedKind};
+pub(crate) use files::{ConvertArgs, InspectArgs};
+pub(crate) use stages::{DescribeArgs, EstimateArgs, KeypointsArgs, MatchArgs, StageArgs};
+
+use clap::{Args as ClapArgs, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Registers raw 3D scans: two meshes or point clouds in, the pose that aligns them out.
+#[derive(Debug, Parser)]
+#[command(
+    name = "congruent",
+    version,
+    about,
+    after_help = "Exit codes: 0 done, 1 not registered (the verdict says why), 2 bad input or configuration, 130 interrupted."
+)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Find the pose that maps SOURCE into the frame of TARGET
+    Align(AlignArgs),
+    /// Register many pairs of scans: a folder, a table of pairs, or a dataset (JSONL and CSV, one row a pair)
+    ///
+    /// INPUT is a folder of scans, a table of pairs (CSV or JSONL: source,target and optionally id and the true pose), or a
+    /// folder with pairs.csv and scans/. Each scan is described once, with one working length for all of them (the median of
+    /// what the scans would have alone). A scan that cannot be used, or a pair that is given up, is a row with an error; the
+    /// rest goes on. Exit code 1 says that there are such rows. A congruent.toml in the folder is used.
+    Batch(BatchArgs),
+    /// Join the parts of a batch that was run with --shard
+    Merge(MergeArgs),
+    /// Find the points of SCAN that are worth describing (CSV)
+    ///
+    /// One scan has no partner: pr is its own resolution here, not the mean of two. --resolution says what pr is, and
+    /// --set sampling.voxel-grid.leaf=1.2u how the scan is thinned, where it must be as in a pair.
+    Keypoints(KeypointsArgs),
+    /// Describe SCAN around its keypoints (.npy, and .csv with the place of each row)
+    ///
+    /// One scan has no partner: pr is its own resolution here, not the mean of two. --resolution says what pr is, and
+    /// --set sampling.voxel-grid.leaf=1.2u how the scan is thinned, where it must be as in a pair.
+    Describe(DescribeArgs),
+    /// Match the descriptors of two scans (CSV, best first)
+    Match(MatchArgs),
+    /// Estimate the pose from a file of correspondences
+    ///
+    /// The best pose by the metric, and whether it has more inliers than chance explains. What align does with the whole
+    /// surfaces (ranking, refinement, escalation) is not done here.
+    Estimate(EstimateArgs),
+    /// Register all pairs of a data set and compare with the truth
+    ///
+    /// DATASET is a folder with pairs.csv and scans/, a folder with a dataset.toml, or such a file. A killed run
+    /// resumes where it was: pairs that the directory already has for the same configuration are skipped. Exit code 1
+    /// says that some pair had a file that could not be used.
+    Evaluate(EvaluateArgs),
+    /// Run an experiment of the paper on a data set
+    ///
+    /// All metrics and thresholds rank the same stream of hypotheses. Experiments: iterations (figure 6), estimators
+    /// (table 2), thresholds (figure 7), threshold-rmse (figure 8), metrics (figure 10), nuisances and variants
+    /// (figures 12 and 13), time (figure 14). The chain is the preset paper, if no other is named.
+    Experiment(ExperimentArgs),
+    /// Make a data set with exact truth
+    Simulate(SimulateArgs),
+    /// Say what a scan file holds
+    Inspect(InspectArgs),
+    /// Write a scan in another format
+    Convert(ConvertArgs),
+    /// Show or check a configuration
+    #[command(subcommand)]
+    Config(ConfigCommand),
+    /// Scan a built-in shape from two sides, register the two scans, and compare with the truth
+    Demo(DemoArgs),
+}
+
+/// What every command that registers takes.
+#[derive(Debug, Default, ClapArgs)]
+pub(crate) struct RunArgs {
+    /// A TOML file, or the name of a preset (default, fast, paper)
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) config: Option<PathBuf>,
+    /// Change one setting, for instance metric.mse.threshold=5pr or metric=inlier-count; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Seed of all random draws (the same seed gives the same result)
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// Threads to use; all processors if not given. The result does not depend on it
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) threads: Option<u16>,
+}

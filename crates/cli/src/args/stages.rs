@@ -1,0 +1,85 @@
+//! The commands that run a stage by itself.
+
+use super::RunArgs;
+use clap::Args as ClapArgs;
+use congruent_geometry::Length;
+use std::path::PathBuf;
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct KeypointsArgs {
+    /// The scan, in any format that align reads
+    pub(crate) scan: PathBuf,
+    /// Where to write x,y,z,response,index; stdout if not given
+    #[arg(short, long, value_name = "FILE.csv")]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) stage: StageArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct DescribeArgs {
+    /// The scan, in any format that align reads
+    pub(crate) scan: PathBuf,
+    /// Describe these places (columns x,y,z) and not those that the configured detector finds
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) keypoints: Option<PathBuf>,
+    /// Where to write the matrix; the places of its rows go beside it, into the same name with .csv
+    #[arg(short, long, value_name = "FILE.npy")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) stage: StageArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct MatchArgs {
+    /// Descriptors of the source, with the places of the rows beside them in .csv
+    #[arg(value_name = "SOURCE.npy")]
+    pub(crate) source: PathBuf,
+    /// Descriptors of the target
+    #[arg(value_name = "TARGET.npy")]
+    pub(crate) target: PathBuf,
+    /// Where to write the correspondences; stdout if not given
+    #[arg(short, long, value_name = "FILE.csv")]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct EstimateArgs {
+    /// Correspondences, best first: CSV of `congruent match`, lines `sx sy sz tx ty tz`, or pairs of point positions
+    pub(crate) matches: PathBuf,
+    /// The scan to be moved; for pairs of positions, and for all that needs the surfaces
+    #[arg(long, value_name = "SCAN", requires = "target")]
+    pub(crate) source: Option<PathBuf>,
+    /// The scan that stays
+    #[arg(long, value_name = "SCAN", requires = "source")]
+    pub(crate) target: Option<PathBuf>,
+    /// Print one JSON object instead of a summary
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Write the JSON object to FILE
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) stage: StageArgs,
+}
+
+/// What the commands take that run a stage by itself.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct StageArgs {
+    /// What pr means after sampling, in data units (0.6u); that of the named scans if not given
+    #[arg(long, value_name = "LENGTH", value_parser = data_units)]
+    pub(crate) resolution: Option<f64>,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+/// A length that does not need a resolution.
+fn data_units(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(Length::Units(units)) => Ok(units),
+        Ok(Length::Resolutions(_)) => Err("pr is what this option settles; write data units, as in 0.6u".to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
+}
