@@ -1,7 +1,11 @@
 //! What a user may say about the estimator.
 
-use crate::{AdaptiveStop, Compatibility, HypothesisGenerator, Order, PairRule, TripleRule};
-use crate::{OnePoint, Pivots, SacIa, ThreePoint, TwoPoint};
+mod graph;
+
+pub use graph::{CliquesConfig, PivotsConfig, SeedsConfig};
+
+use crate::{AdaptiveStop, HypothesisGenerator, Order, PairRule, TripleRule};
+use crate::{OnePoint, SacIa, ThreePoint, TwoPoint};
 use congruent_geometry::Length;
 use congruent_metrics::Evidence;
 use serde::{Deserialize, Serialize};
@@ -20,6 +24,10 @@ pub enum EstimatorConfig {
     SacIa(SacIaConfig),
     /// Triangles of the compatibility graph, the best connected first.
     Pivots(PivotsConfig),
+    /// Groups of the compatibility graph around the most reliable correspondences.
+    Seeds(SeedsConfig),
+    /// Maximal cliques of the compatibility graph.
+    Cliques(CliquesConfig),
 }
 
 /// Settings of `[estimator.ransac]`. All but the number of trials is off by default, as in the paper.
@@ -94,34 +102,6 @@ pub struct SacIaConfig {
     pub min_distance: Length,
 }
 
-/// Settings of `[estimator.pivots]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
-pub struct PivotsConfig {
-    /// Distances in the two scans may differ by this much.
-    pub tolerance: Length,
-    /// Correspondences closer than this are not compared.
-    pub min_distance: Length,
-    /// The angle between two normals may differ by this much, radians.
-    pub max_angle: f64,
-    /// The cosine between a normal and the line to the other point may differ by this much.
-    pub max_cosine: f64,
-    /// At most this many pivots; each proposes two poses.
-    pub pivots: usize,
-}
-
-impl Default for PivotsConfig {
-    fn default() -> Self {
-        PivotsConfig {
-            tolerance: Length::Resolutions(4.0),
-            min_distance: Length::Resolutions(8.0),
-            max_angle: 0.45,
-            max_cosine: 0.4,
-            pivots: 8000,
-        }
-    }
-}
-
 /// Trials of every estimator that does not know by itself how many it needs; within the paper's sweep.
 const ITERATIONS: u64 = 1000;
 
@@ -185,7 +165,9 @@ impl EstimatorConfig {
             EstimatorConfig::SacIa(c) => {
                 Box::new(SacIa::new(evidence, c.min_distance.resolve(resolution), c.iterations, seed))
             }
-            EstimatorConfig::Pivots(c) => Box::new(Pivots::new(evidence, &c.compatibility(resolution), c.pivots)),
+            EstimatorConfig::Pivots(c) => Box::new(c.build(evidence, resolution)),
+            EstimatorConfig::Seeds(c) => Box::new(c.build(evidence, resolution)),
+            EstimatorConfig::Cliques(c) => Box::new(c.build(evidence, resolution)),
         }
     }
 
@@ -194,7 +176,11 @@ impl EstimatorConfig {
     pub fn needs_frames(&self) -> bool {
         match self {
             EstimatorConfig::TwoPoint(_) | EstimatorConfig::OnePoint(_) => true,
-            EstimatorConfig::Ransac(_) | EstimatorConfig::SacIa(_) | EstimatorConfig::Pivots(_) => false,
+            EstimatorConfig::Ransac(_)
+            | EstimatorConfig::SacIa(_)
+            | EstimatorConfig::Pivots(_)
+            | EstimatorConfig::Seeds(_)
+            | EstimatorConfig::Cliques(_) => false,
         }
     }
 }
@@ -223,17 +209,6 @@ impl TwoPointConfig {
     }
 }
 
-impl PivotsConfig {
-    fn compatibility(&self, resolution: f64) -> Compatibility {
-        Compatibility {
-            tolerance: self.tolerance.resolve(resolution),
-            min_distance: self.min_distance.resolve(resolution),
-            max_angle: self.max_angle,
-            max_cosine: self.max_cosine,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -253,7 +228,9 @@ mod tests {
             EstimatorConfig::TwoPoint(TwoPointConfig { angle_test: AngleTest::Off, ..TwoPointConfig::default() }),
             EstimatorConfig::OnePoint(OnePointConfig::default()),
             EstimatorConfig::SacIa(SacIaConfig::default()),
-            EstimatorConfig::Pivots(PivotsConfig::default()),
+            EstimatorConfig::Pivots(PivotsConfig { pruning: crate::Pruning::Core, ..PivotsConfig::default() }),
+            EstimatorConfig::Seeds(SeedsConfig::default()),
+            EstimatorConfig::Cliques(CliquesConfig::default()),
         ] {
             let text = toml::to_string(&config).unwrap();
             assert_eq!(toml::from_str::<EstimatorConfig>(&text).unwrap(), config, "{text}");

@@ -66,6 +66,26 @@ impl Graph {
         &self.bits[i * self.words..(i + 1) * self.words]
     }
 
+    /// How many neighbours `i` has.
+    #[must_use]
+    pub fn degree(&self, i: usize) -> usize {
+        self.row(i).iter().map(|word| word.count_ones() as usize).sum()
+    }
+
+    /// The same nodes with the edges that `keep` says yes to; it is asked once an edge, lower node first.
+    #[must_use]
+    pub fn filtered(&self, keep: impl Fn(usize, usize) -> bool + Sync) -> Graph {
+        let mut bits = vec![0u64; self.bits.len()];
+        bits.par_chunks_mut(self.words.max(1)).enumerate().for_each(|(i, row)| {
+            for j in ones(self.row(i)).filter(|&j| j > i && keep(i, j)) {
+                row[j / 64] |= 1 << (j % 64);
+            }
+        });
+        let mut graph = Graph { bits, ..*self };
+        graph.mirror();
+        graph
+    }
+
     /// How many neighbours `i` and `j` share: the second-order compatibility of an edge (Chen et al., SC²-PCR, 2022).
     #[must_use]
     pub fn common(&self, i: usize, j: usize) -> u32 {

@@ -1,6 +1,7 @@
 //! Hypothesis generators and the one loop that samples, scores and ranks.
 
 mod adaptive_stop;
+mod cliques;
 mod config;
 mod draws;
 mod framed;
@@ -10,15 +11,19 @@ mod one_point;
 mod pivots;
 mod pool;
 mod prosac;
+mod pruning;
 mod sac_ia;
 mod sampling;
+mod seeds;
 mod three_point;
 mod two_point;
 
 pub use adaptive_stop::AdaptiveStop;
+pub use cliques::Cliques;
 pub use config::EstimatorConfig;
 pub use config::{
-    AdaptiveStopConfig, AngleTest, OnePointConfig, PivotsConfig, RansacConfig, SacIaConfig, TwoPointConfig,
+    AdaptiveStopConfig, AngleTest, CliquesConfig, OnePointConfig, PivotsConfig, RansacConfig, SacIaConfig, SeedsConfig,
+    TwoPointConfig,
 };
 pub use graph::{Compatibility, Graph};
 pub use local_optimisation::optimise;
@@ -26,7 +31,9 @@ pub use one_point::OnePoint;
 pub use pivots::Pivots;
 pub use pool::Distinctness;
 pub use prosac::Order;
+pub use pruning::Pruning;
 pub use sac_ia::SacIa;
 pub use sampling::{Drawn, Hypothesis, HypothesisGenerator, sample, sample_all};
+pub use seeds::{SeedRule, Seeds};
 pub use three_point::{ThreePoint, TripleRule};
 pub use two_point::{PairRule, TwoPoint};

@@ -5,7 +5,7 @@
 //! (after TurboReg, Yan et al. 2025).
 
 use crate::graph::ones;
-use crate::{Compatibility, Graph, HypothesisGenerator};
+use crate::{Graph, HypothesisGenerator};
 use congruent_geometry::{RigidTransform, fit_three};
 use congruent_metrics::Evidence;
 use rayon::prelude::*;
@@ -29,11 +29,10 @@ struct Edge {
 }
 
 impl<'a> Pivots<'a> {
-    /// Finds at most `limit` pivots in the graph of `evidence`.
+    /// Finds at most `limit` pivots in the graph, which is one of `evidence`.
     #[must_use]
-    pub fn new(evidence: &'a Evidence, rule: &Compatibility, limit: usize) -> Self {
-        let graph = Graph::new(evidence, rule);
-        let triangles = pivots(&graph, limit).par_iter().flat_map_iter(|edge| triangles(&graph, edge)).collect();
+    pub fn new(evidence: &'a Evidence, graph: &Graph, limit: usize) -> Self {
+        let triangles = pivots(graph, limit).par_iter().flat_map_iter(|edge| triangles(graph, edge)).collect();
         Pivots { evidence, triangles }
     }
 }
@@ -104,7 +103,8 @@ mod tests {
     fn two_right_in_a_hundred_are_enough() {
         for seed in 0..5 {
             let (evidence, truth) = scene(1000, 20, seed);
-            let best = sample(&Pivots::new(&evidence, &RULE, 1000), &Summed(Mse::new(7.5)), &evidence, 1);
+            let pivots = Pivots::new(&evidence, &Graph::new(&evidence, &RULE), 1000);
+            let best = sample(&pivots, &Summed(Mse::new(7.5)), &evidence, 1);
             assert!(angle_between(&best[0].target_from_source, &truth) < 0.01, "seed {seed}");
         }
     }
@@ -112,8 +112,9 @@ mod tests {
     #[test]
     fn the_limit_holds_and_nothing_proposes_nothing() {
         let (evidence, _) = scene(300, 40, 9);
-        assert!(Pivots::new(&evidence, &RULE, 50).trials() <= 100);
+        assert!(Pivots::new(&evidence, &Graph::new(&evidence, &RULE), 50).trials() <= 100);
         let none = Evidence::default();
-        assert!(Pivots::new(&none, &RULE, 50).trials() == 0 && Pivots::new(&none, &RULE, 50).propose(0).is_none());
+        let pivots = Pivots::new(&none, &Graph::new(&none, &RULE), 50);
+        assert!(pivots.trials() == 0 && pivots.propose(0).is_none());
     }
 }

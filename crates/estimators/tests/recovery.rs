@@ -16,7 +16,7 @@ const FRAME_ERROR_DEG: f64 = 1.0;
 /// Points of each cloud: dense metrics are slow.
 const N_SURFACE: usize = 300;
 
-const ESTIMATORS: [&str; 8] = [
+const ESTIMATORS: [&str; 11] = [
     "[ransac]\niterations = 400",
     "[ransac]\niterations = 400\nedge-similarity = 0.8\nmin-spread = \"15pr\"",
     "[ransac]\niterations = 400\norder = \"prosac\"",
@@ -25,6 +25,9 @@ const ESTIMATORS: [&str; 8] = [
     "[one-point]",
     "[sac-ia]\niterations = 400",
     "[pivots]\npivots = 150",
+    "[pivots]\npivots = 150\npruning = \"core\"",
+    "[seeds]",
+    "[cliques]",
 ];
 
 const METRICS: [&str; 16] = [

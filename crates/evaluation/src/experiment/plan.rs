@@ -184,6 +184,8 @@ pub(crate) fn estimator_name(estimator: &EstimatorConfig) -> &'static str {
         EstimatorConfig::OnePoint(_) => "1P-RANSAC",
         EstimatorConfig::SacIa(_) => "SAC-IA",
         EstimatorConfig::Pivots(_) => "pivots",
+        EstimatorConfig::Seeds(_) => "SC2-PCR seeds",
+        EstimatorConfig::Cliques(_) => "cliques",
     }
 }
 
@@ -195,7 +197,7 @@ pub(crate) fn with_iterations(estimator: &EstimatorConfig, iterations: u64) -> E
         EstimatorConfig::TwoPoint(c) => c.iterations = iterations,
         EstimatorConfig::OnePoint(c) => c.iterations = iterations,
         EstimatorConfig::SacIa(c) => c.iterations = iterations,
-        EstimatorConfig::Pivots(_) => {}
+        EstimatorConfig::Pivots(_) | EstimatorConfig::Seeds(_) | EstimatorConfig::Cliques(_) => {}
     }
     estimator
 }
