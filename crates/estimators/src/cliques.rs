@@ -4,7 +4,7 @@
 //! that it is in, weighed by the neighbours that its edges share (after MAC, Zhang et al. 2023). There may be
 //! exponentially many, so the search follows only so many branches from each node, the best connected first.
 
-use crate::graph::ones;
+use crate::graph::{ones, shared};
 use crate::pruning::Peeling;
 use crate::{Graph, HypothesisGenerator};
 use congruent_geometry::{RigidTransform, fit_weighted};
@@ -14,7 +14,7 @@ use rayon::prelude::*;
 /// Fewer correspondences have no pose.
 const MIN_SIZE: usize = 3;
 /// A clique is not grown any further: more correspondences would not make its pose another one.
-const MAX_SIZE: usize = 64;
+const MAX_SIZE: usize = 32;
 /// Roots whose cliques are held at a time, which bounds the memory.
 const ROOTS: usize = 512;
 
@@ -131,8 +131,7 @@ impl<'g> Search<'g> {
     /// The candidates that are no neighbours of the pivot, the node with most neighbours among the candidates; the
     /// strongest first.
     fn branching(&self, candidates: &[u64], done: &[u64]) -> Vec<usize> {
-        let known =
-            |i: usize| -> u32 { both(candidates, self.graph.row(i)).iter().map(|word| word.count_ones()).sum() };
+        let known = |i: usize| shared(candidates, self.graph.row(i));
         let pivot = ones(candidates).chain(ones(done)).max_by_key(|&i| (known(i), std::cmp::Reverse(i)));
         let mut nodes: Vec<usize> = match pivot {
             Some(pivot) => {
@@ -163,7 +162,7 @@ mod tests {
     use congruent_geometry::angle_between;
     use congruent_metrics::{Mse, Summed};
 
-    const BRANCHES: usize = 50;
+    const BRANCHES: usize = 10;
 
     #[test]
     fn two_right_in_a_hundred_are_enough() {

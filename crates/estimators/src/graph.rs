@@ -104,7 +104,7 @@ impl Graph {
 
 /// How many bits two rows share. Compiled for processors that count bits in one instruction, chosen at run time.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512vpopcntdq+popcnt", "x86_64+avx2+popcnt", "aarch64+neon"))]
-fn shared(a: &[u64], b: &[u64]) -> u32 {
+pub(crate) fn shared(a: &[u64], b: &[u64]) -> u32 {
     a.iter().zip(b).map(|(a, b)| (a & b).count_ones()).sum()
 }
 

@@ -152,6 +152,42 @@ fn estimators_that_need_frames_propose_nothing_without_them() {
 }
 
 #[test]
+fn neither_threads_nor_the_order_of_trials_matter() {
+    let case = Case::forwards();
+    for estimator in ESTIMATORS {
+        let config = parsed::<EstimatorConfig>(estimator);
+        let poses = |threads, backwards: bool| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let generator = pool.install(|| config.build(&case.evidence, 1.0, 7));
+            let trials = 0..generator.trials();
+            let mut poses: Vec<_> = if backwards {
+                trials.rev().map(|trial| generator.propose(trial)).collect()
+            } else {
+                trials.map(|trial| generator.propose(trial)).collect()
+            };
+            if backwards {
+                poses.reverse();
+            }
+            poses
+        };
+        assert_eq!(poses(1, false), poses(4, true), "{estimator}");
+    }
+}
+
+#[test]
+fn fewer_than_three_correspondences_or_all_alike_propose_nothing() {
+    let pair = |i: usize| ([i as f32 * 20.0, 0.0, 0.0], [0.0, i as f32 * 20.0, 0.0]);
+    let few = (0..3).map(|n| Evidence::new((0..n).map(pair)));
+    for evidence in few.chain([Evidence::new((0..50).map(|_| pair(1)))]) {
+        for estimator in ESTIMATORS {
+            let generator = parsed::<EstimatorConfig>(estimator).build(&evidence, 1.0, 7);
+            let proposes = (0..generator.trials().min(5)).any(|trial| generator.propose(trial).is_some());
+            assert!(!proposes, "{estimator} with {}", evidence.len());
+        }
+    }
+}
+
+#[test]
 fn threads_do_not_matter_where_sampling_stops_early() {
     let case = Case::forwards();
     let clouds = Clouds { source: &case.source, target: &case.target };

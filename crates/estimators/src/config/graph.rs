@@ -108,7 +108,7 @@ impl Default for CliquesConfig {
             max_angle: MAX_ANGLE,
             max_cosine: MAX_COSINE,
             pruning: Pruning::default(),
-            branches: 50,
+            branches: 10,
         }
     }
 }
