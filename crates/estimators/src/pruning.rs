@@ -151,7 +151,7 @@ mod tests {
         for seed in 0..20 {
             let graph = random(70, seed);
             let Peeling { numbers, order } = Peeling::of(&graph);
-            let mut gone = vec![false; 70];
+            let mut gone = [false; 70];
             for &i in &order {
                 gone[i] = true;
                 assert!(ones(graph.row(i)).filter(|&j| !gone[j]).count() <= numbers[i]);
