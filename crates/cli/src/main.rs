@@ -6,6 +6,7 @@
 
 mod args;
 mod batch;
+mod calibration;
 mod commands;
 mod configuration;
 mod layers;

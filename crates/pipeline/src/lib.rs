@@ -30,3 +30,4 @@ pub use register::{register, register_traced};
 pub use registration::{Agreement, Counts, Registration, Verdict};
 pub use stage::{Stage, StageTime};
 pub use trace::Trace;
+pub use verdict::{Calibration, MAX_RESIDUAL_PR, N_TERMS, Predictors};

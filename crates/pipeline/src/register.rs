@@ -116,6 +116,7 @@ impl Attempt {
             log10_false_alarms: answer.as_ref().map(|answer| answer.log10_false_alarms),
             views: answer.as_ref().map(|answer| views(&answer.oriented, origins)),
             hold: answer.as_ref().map(|answer| answer.hold),
+            predictors: answer.as_ref().and_then(|answer| answer.judgement.predictors),
             agreement: answer.and_then(|answer| answer.agreement),
             counts: self.counts,
             raw_resolution: self.raw_resolution,

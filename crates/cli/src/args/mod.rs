@@ -2,6 +2,7 @@
 
 mod align;
 mod batch;
+mod calibrate;
 mod config;
 mod evaluation;
 mod files;
@@ -9,6 +10,7 @@ mod stages;
 
 pub(crate) use align::{AlignArgs, DemoArgs};
 pub(crate) use batch::{BatchArgs, MergeArgs, PairChoice};
+pub(crate) use calibrate::CalibrateArgs;
 pub(crate) use config::ConfigCommand;
 pub(crate) use evaluation::{DatasetArgs, EvaluateArgs, ExperimentArgs, SimulateArgs, SimulatedKind};
 pub(crate) use files::{ConvertArgs, InspectArgs};
@@ -72,6 +74,12 @@ pub(crate) enum Command {
     /// (table 2), thresholds (figure 7), threshold-rmse (figure 8), metrics (figure 10), nuisances and variants
     /// (figures 12 and 13), time (figure 14). The chain is the preset paper, if no other is named.
     Experiment(ExperimentArgs),
+    /// Measure how far the confidence can be trusted, and fit its coefficients
+    ///
+    /// Registers the pairs of the data sets (as they came, moved, and those that are not listed because they share too
+    /// little), pairs of scans of different data sets, and simulated ones, among them shapes that leave the pose open. Writes
+    /// the coefficients for [verdict.dense.calibration], and cross-validated figures. A killed run resumes where it was.
+    Calibrate(CalibrateArgs),
     /// Make a data set with exact truth
     Simulate(SimulateArgs),
     /// Say what a scan file holds

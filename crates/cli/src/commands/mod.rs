@@ -16,7 +16,7 @@ mod simulate;
 mod stages;
 
 use crate::args::{Args, Command};
-use crate::batch;
+use crate::{batch, calibration};
 use anyhow::{Context, Result};
 use congruent_geometry::{RawScan, Scan};
 use std::path::Path;
@@ -34,6 +34,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Estimate(args) => estimate::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Experiment(args) => experiment::run(&args),
+        Command::Calibrate(args) => calibration::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Convert(args) => convert::run(&args),

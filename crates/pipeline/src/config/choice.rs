@@ -1,5 +1,6 @@
 //! What a user may say about choosing among poses, refining the chosen one, and believing it.
 
+use crate::Calibration;
 use congruent_descriptors::DescriptorConfig;
 use congruent_geometry::Length;
 use congruent_metrics::DenseRule;
@@ -114,6 +115,9 @@ pub struct DenseVerdictConfig {
     pub min_stiffness: f64,
     /// A really different pose with more than this share of the best score makes the answer ambiguous.
     pub rival_score: f64,
+    /// Coefficients of the confidence, as `congruent calibrate` writes them; those that come with the program if not given.
+    #[serde(skip_serializing_if = "Calibration::is_default")]
+    pub calibration: Calibration,
 }
 
 /// One more attempt, with more effort or with other assumptions. What is left out stays as in the first attempt.
@@ -242,6 +246,11 @@ impl Default for AContrarioConfig {
 
 impl Default for DenseVerdictConfig {
     fn default() -> Self {
-        DenseVerdictConfig { min_confidence: 0.6, min_stiffness: MIN_STIFFNESS, rival_score: 0.8 }
+        DenseVerdictConfig {
+            min_confidence: 0.6,
+            min_stiffness: MIN_STIFFNESS,
+            rival_score: 0.8,
+            calibration: Calibration::default(),
+        }
     }
 }
