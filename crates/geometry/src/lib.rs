@@ -3,9 +3,11 @@
 //! A [`RawScan`] is what a file says. [`Scan::new`] cleans and centres it. A [`Surface`] adds unit normals, a
 //! neighbour index and the resolution, which is what detectors and descriptors work on.
 
+mod cells;
 mod eigen;
 mod field;
 mod fit;
+mod grid;
 mod index;
 mod length;
 mod mesh;
@@ -19,6 +21,7 @@ mod transform;
 mod view;
 mod voxel;
 
+pub use cells::Cells;
 pub use eigen::{SortedEigen, sorted_eigen};
 pub use field::NearestField;
 pub use fit::{fit_three, fit_weighted};
