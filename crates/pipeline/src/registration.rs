@@ -3,7 +3,7 @@
 use crate::ranking::Ranked;
 use crate::{Failure, Pair, StageTime};
 use congruent_geometry::{Oriented, RigidTransform};
-use congruent_refinement::Hold;
+use congruent_refinement::{Hold, Uncertainty};
 
 /// Whether the pose is to be believed.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,6 +90,8 @@ pub struct Registration {
     pub views: Option<Pair<Oriented>>,
     /// How firmly the surfaces hold the pose where they touch.
     pub hold: Option<Hold>,
+    /// How good the pose is, target's file coordinates, where it was refined and enough of the surfaces touches to tell.
+    pub uncertainty: Option<Uncertainty>,
     /// How the surfaces lie on each other, where the ranking looked at that.
     pub agreement: Option<Agreement>,
     /// What each stage left.
