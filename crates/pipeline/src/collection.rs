@@ -6,11 +6,14 @@
 //! one that fits the median scan. Every step of the escalation is made: a step with another budget has its own grid,
 //! and a scan is described for it (or with its normals turned) only when a pair asks.
 
-use crate::chain::{Chain, Prepared};
+use crate::chain::{Chain, Prepared, Proposals};
 use crate::preparation::sample;
+use crate::prior::Bounds;
 use crate::register::{Attempt, escalated};
 use crate::stage::Clock;
-use crate::{BudgetConfig, Counts, Failure, Pair, PipelineConfig, Registration, SamplingConfig, Signs, Stage, Trace};
+use crate::{
+    BudgetConfig, Counts, Failure, Pair, PipelineConfig, Prior, Registration, SamplingConfig, Signs, Stage, Trace,
+};
 use crate::{VoxelGridConfig, stages};
 use congruent_descriptors::{DescriptorConfig, Features};
 use congruent_geometry::{Length, Oriented, Point, Scan, Surface};
@@ -138,27 +141,32 @@ impl Collection {
     /// Registers two scans of the collection, like [`register`](crate::register) but with the collection's lengths.
     ///
     /// `supply` gives the source and the target, described in the form that is asked for; it may keep what it made.
-    /// `observe` is told each stage as it begins. The result depends on the scans, the lengths and the seed only.
+    /// `observe` is told each stage as it begins. The result depends on the scans, the lengths, the
+    /// seed and the prior (of this pair, file coordinates) only.
     ///
     /// # Errors
     /// The first error of `supply`.
     pub fn register<E>(
         &self,
         supply: Pair<&dyn Fn(Variant) -> Result<Arc<DescribedScan>, E>>,
-        seed: u64,
+        (seed, prior): (u64, &Prior),
         observe: &dyn Fn(Stage),
     ) -> Result<Registration, E> {
         let config = PipelineConfig { seed, ..self.config.clone() };
         let mut clock = Clock::new(observe);
         let as_they_are = Pair { source: Variant::default(), target: Variant::default() };
         let origins = supplied(&supply, as_they_are, &mut clock)?.into_map(|scan| scan.origin);
-        let best = escalated(&config, &mut clock, |config, signs, clock| self.attempt(&supply, config, signs, clock))?;
+        let bounds = prior.bounds(&origins);
+        let best = escalated(&config, &mut clock, |config, signs, clock| {
+            self.attempt(&supply, &bounds, config, signs, clock)
+        })?;
         Ok(best.registration(&origins, clock))
     }
 
     fn attempt<E>(
         &self,
         supply: &Pair<&dyn Fn(Variant) -> Result<Arc<DescribedScan>, E>>,
+        bounds: &Bounds,
         config: &PipelineConfig,
         signs: Signs,
         clock: &mut Clock<'_>,
@@ -179,7 +187,8 @@ impl Collection {
         }
         let counts = Counts { points: scans.map(|scan| scan.points.len()), ..Counts::default() };
         let (raw_resolution, resolution) = (self.raw_resolution, self.resolutions[budget]);
-        let mut chain = Chain { config, clock, counts, raw_resolution, resolution };
+        let mut chain =
+            Chain { config, bounds, proposals: Proposals::Searched, clock, counts, raw_resolution, resolution };
         let mut trace = Trace::default();
         let outcome = described(&scans).and_then(|both| {
             chain.counts.sampled = both.map(|scan| scan.surface.len());
@@ -309,7 +318,7 @@ mod tests {
         let collection = Collection::new(&summaries, &config).unwrap();
         let source = |variant| Ok::<_, Infallible>(Arc::new(collection.describe(&scans.source, variant)));
         let target = |variant| Ok::<_, Infallible>(Arc::new(collection.describe(&scans.target, variant)));
-        let Ok(one) = collection.register(Pair { source: &source, target: &target }, 5, &|_| {});
+        let Ok(one) = collection.register(Pair { source: &source, target: &target }, (5, &Prior::default()), &|_| {});
         let other = register(&scans.source, &scans.target, &config, &|_| {});
         assert_eq!(one.verdict, Verdict::Ok);
         assert_eq!((one.target_from_source, one.counts), (other.target_from_source, other.counts));

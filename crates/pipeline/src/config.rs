@@ -4,8 +4,7 @@ mod choice;
 mod preparation;
 
 pub use choice::{
-    AContrarioConfig, DenseConfig, DenseVerdictConfig, EscalationStep, PointToPlaneConfig, PoolConfig, RankingConfig,
-    RefinementConfig, Signs, VerdictConfig,
+    AContrarioConfig, DenseConfig, DenseVerdictConfig, EscalationStep, PoolConfig, RankingConfig, Signs, VerdictConfig,
 };
 pub use preparation::{BudgetConfig, NeighborhoodConfig, NormalSource, NormalsConfig, SamplingConfig, VoxelGridConfig};
 
@@ -15,6 +14,7 @@ use congruent_geometry::Length;
 use congruent_keypoints::{DetectorConfig, SupportFilter, UniformConfig};
 use congruent_matching::{MatcherConfig, MutualConfig};
 use congruent_metrics::MetricConfig;
+use congruent_refinement::RefinementConfig;
 use serde::{Deserialize, Serialize};
 
 /// The whole chain. What `pr` means is settled by `sampling`: see [`SamplingConfig`].
@@ -73,7 +73,7 @@ impl Default for PipelineConfig {
             metric: MetricConfig::default(),
             pool: PoolConfig::default(),
             ranking: RankingConfig::Dense(DenseConfig::default()),
-            refinement: RefinementConfig::PointToPlane(PointToPlaneConfig::default()),
+            refinement: RefinementConfig::default(),
             verdict: VerdictConfig::Dense(DenseVerdictConfig::default()),
             escalation: escalation(),
         }

@@ -1,12 +1,14 @@
 //! From two scans to one pose: attempts of rising effort, until one is believed.
 
-use crate::chain::{Answer, Chain};
+use crate::chain::{Answer, Chain, Proposals};
+use crate::prior::Bounds;
 use crate::stage::Clock;
 use crate::{
-    Counts, EscalationStep, Failure, Pair, PipelineConfig, RankingConfig, Registration, SamplingConfig, Signs, Stage,
-    Trace, Verdict,
+    Counts, EscalationStep, Failure, Pair, PipelineConfig, Prior, RankingConfig, Registration, SamplingConfig, Signs,
+    Stage, Trace, Verdict,
 };
 use congruent_geometry::{Oriented, RigidTransform, Scan, uncentred};
+use congruent_refinement::Uncertainty;
 use nalgebra::Vector3;
 use std::convert::Infallible;
 
@@ -16,21 +18,22 @@ use std::convert::Infallible;
 /// on rayon's current pool. A pair that cannot be registered is an answer too, with the reason in its verdict.
 #[must_use]
 pub fn register(source: &Scan, target: &Scan, config: &PipelineConfig, observe: &dyn Fn(Stage)) -> Registration {
-    register_traced(source, target, config, observe).0
+    register_traced(Pair { source, target }, &Prior::default(), config, observe).0
 }
 
-/// The same, with what the stages of the attempt that gave the answer have left.
+/// The same with what is known of the pose beforehand, and with what the stages of the attempt that gave the answer have
+/// left. A pose that the prior excludes is never proposed, looked at or returned; its guess, refined, competes.
 #[must_use]
 pub fn register_traced(
-    source: &Scan,
-    target: &Scan,
+    scans: Pair<&Scan>,
+    prior: &Prior,
     config: &PipelineConfig,
     observe: &dyn Fn(Stage),
 ) -> (Registration, Trace) {
-    let scans = Pair { source, target };
+    let bounds = prior.bounds(&scans.map(|scan| *scan.origin()));
     let mut clock = Clock::new(observe);
     let Ok(mut best) = escalated(config, &mut clock, |config, signs, clock| {
-        Ok::<_, Infallible>(attempt(&scans, config, signs, clock))
+        Ok::<_, Infallible>(attempt(&scans, (&bounds, Proposals::Searched), config, signs, clock))
     });
     let trace = std::mem::take(&mut best.trace);
     (best.registration(&scans.into_map(|scan| *scan.origin()), clock), trace)
@@ -64,9 +67,15 @@ pub(crate) struct Attempt {
 }
 
 /// One run of the chain; `None` where it would only repeat an earlier one.
-fn attempt(scans: &Pair<&Scan>, config: &PipelineConfig, signs: Signs, clock: &mut Clock<'_>) -> Option<Attempt> {
+pub(crate) fn attempt(
+    scans: &Pair<&Scan>,
+    (bounds, proposals): (&Bounds, Proposals),
+    config: &PipelineConfig,
+    signs: Signs,
+    clock: &mut Clock<'_>,
+) -> Option<Attempt> {
     let counts = Counts { points: scans.map(|scan| scan.points().len()), ..Counts::default() };
-    let mut chain = Chain { config, clock, counts, raw_resolution: 0.0, resolution: 0.0 };
+    let mut chain = Chain { config, bounds, proposals, clock, counts, raw_resolution: 0.0, resolution: 0.0 };
     let mut trace = Trace::default();
     let outcome = chain.run(scans, signs, &mut trace)?;
     let Chain { counts, raw_resolution, resolution, .. } = chain;
@@ -117,6 +126,10 @@ impl Attempt {
             views: answer.as_ref().map(|answer| views(&answer.oriented, origins)),
             hold: answer.as_ref().map(|answer| answer.hold),
             predictors: answer.as_ref().and_then(|answer| answer.judgement.predictors),
+            uncertainty: answer
+                .as_ref()
+                .and_then(|answer| answer.uncertainty.clone())
+                .map(|known| placed(known, &origins.target)),
             agreement: answer.and_then(|answer| answer.agreement),
             counts: self.counts,
             raw_resolution: self.raw_resolution,
@@ -143,6 +156,11 @@ impl EscalationStep {
         }
         harder
     }
+}
+
+/// In file coordinates.
+fn placed(uncertainty: Uncertainty, target_origin: &Vector3<f64>) -> Uncertainty {
+    Uncertainty { about: uncertainty.about + target_origin, ..uncertainty }
 }
 
 /// Viewpoints in file coordinates.

@@ -3,7 +3,7 @@
 use crate::ranking::Ranked;
 use crate::{Failure, Pair, Predictors, StageTime};
 use congruent_geometry::{Oriented, RigidTransform};
-use congruent_refinement::Hold;
+use congruent_refinement::{Hold, Uncertainty};
 
 /// Whether the pose is to be believed.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,6 +93,8 @@ pub struct Registration {
     pub hold: Option<Hold>,
     /// What the confidence was computed from, where the ranking looked at the surfaces.
     pub predictors: Option<Predictors>,
+    /// How good the pose is, target's file coordinates, where it was refined and enough of the surfaces touches to tell.
+    pub uncertainty: Option<Uncertainty>,
     /// How the surfaces lie on each other, where the ranking looked at that.
     pub agreement: Option<Agreement>,
     /// What each stage left.

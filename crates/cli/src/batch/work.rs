@@ -10,7 +10,7 @@ use super::row::{Row, Status};
 use super::survey::Survey;
 use crate::commands::on_threads;
 use anyhow::{Context, Result};
-use congruent_pipeline::{Pair, PipelineConfig, Stage, Variant};
+use congruent_pipeline::{Pair, PipelineConfig, Prior, Stage, Variant};
 use std::any::Any;
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -137,7 +137,10 @@ impl Work<'_> {
             let centre = first.as_ref().map_err(Clone::clone)?.centre;
             second.as_ref().map_err(Clone::clone)?;
             let collection = self.survey.collection.as_ref().expect("usable scans make a collection");
-            Ok((collection.register(Pair { source: &source, target: &target }, seed, &observe)?, centre))
+            Ok((
+                collection.register(Pair { source: &source, target: &target }, (seed, &Prior::default()), &observe)?,
+                centre,
+            ))
         });
         match registered {
             Ok(Ok((registration, centre))) => Row::done(pair, made_with, start.elapsed(), (&registration, centre)),

@@ -9,7 +9,7 @@ use crate::{configuration, output};
 use anyhow::Result;
 use congruent_geometry::{RawScan, RigidTransform};
 use congruent_io::{write_file, write_ply, write_pose};
-use congruent_pipeline::{Pair, Registration, Trace, Verdict, register_traced};
+use congruent_pipeline::{Pair, Prior, Registration, Trace, Verdict, register_traced};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -69,8 +69,8 @@ pub(super) fn align(files: Pair<&Path>, viewpoints: Pair<Option<[f64; 3]>>, run:
             let scans = files.zip(viewpoints).map(|&(path, viewpoint)| load_seen_from(path, viewpoint)).both()?;
             let reading = start.elapsed();
             let progress = Progress::new();
-            let registration =
-                register_traced(&scans.source.scan, &scans.target.scan, &config, &|stage| progress.enter(stage));
+            let both = Pair { source: &scans.source.scan, target: &scans.target.scan };
+            let registration = register_traced(both, &Prior::default(), &config, &|stage| progress.enter(stage));
             Ok((scans, registration, reading))
         })??;
     let report = Report::new(files, &config, &registration, reading, start.elapsed());

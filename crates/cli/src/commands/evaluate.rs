@@ -9,7 +9,7 @@ use crate::{configuration, output};
 use anyhow::{Result, bail};
 use congruent_evaluation::{GroundTruth, PairRow, Status, Summary, mcnemar_of};
 use congruent_io::TruePair;
-use congruent_pipeline::{Pair, PipelineConfig, register_traced};
+use congruent_pipeline::{Pair, PipelineConfig, Prior, register_traced};
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -94,7 +94,7 @@ fn judged(dataset: &str, pair: &TruePair, config: &PipelineConfig) -> PairRow {
         Err(error) => return row(pair.overlap.unwrap_or(0.0)).with_error(format!("{error:#}")),
     };
     let start = Instant::now();
-    let (registration, trace) = register_traced(&scans.source, &scans.target, config, &|_| ());
+    let (registration, trace) = register_traced(scans.as_ref(), &Prior::default(), config, &|_| ());
     let seconds = start.elapsed().as_secs_f64();
     let truth = GroundTruth::of_scans(scans.as_ref(), &pair.target_from_source);
     row(pair.overlap.unwrap_or_else(|| truth.overlap())).judged(&truth, &registration, &trace, seconds)

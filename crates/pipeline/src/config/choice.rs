@@ -1,10 +1,9 @@
-//! What a user may say about choosing among poses, refining the chosen one, and believing it.
+//! What a user may say about choosing among poses, and believing the chosen one.
 
 use crate::Calibration;
 use congruent_descriptors::DescriptorConfig;
 use congruent_geometry::Length;
 use congruent_metrics::DenseRule;
-use congruent_refinement::PointToPlane;
 use serde::{Deserialize, Serialize};
 
 /// The poses that outlive the correspondences.
@@ -55,32 +54,6 @@ pub struct DenseConfig {
     pub refined: usize,
     /// Rounds of that refinement.
     pub rounds: usize,
-}
-
-/// What is done to the chosen pose.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum RefinementConfig {
-    /// Nothing.
-    None {},
-    /// Point-to-plane ICP of the source as it came.
-    PointToPlane(PointToPlaneConfig),
-}
-
-/// Settings of `[refinement.point-to-plane]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
-pub struct PointToPlaneConfig {
-    /// Pairs farther apart are ignored at first …
-    pub start_radius: Length,
-    /// … and at the end.
-    pub end_radius: Length,
-    /// At most so many rounds.
-    pub rounds: usize,
-    /// Points of the source that are used.
-    pub points: usize,
-    /// Normals must agree at least so well (cosine).
-    pub min_normal_cosine: f64,
 }
 
 /// When a pose is believed.
@@ -199,31 +172,6 @@ impl DenseConfig {
             overlap_distance: self.rough_distance.resolve(resolution),
             max_points: self.points * 2 / 3,
             ..self.rule(resolution)
-        }
-    }
-}
-
-impl Default for PointToPlaneConfig {
-    fn default() -> Self {
-        PointToPlaneConfig {
-            start_radius: Length::Resolutions(3.0),
-            end_radius: Length::Resolutions(1.5),
-            rounds: 20,
-            points: 15_000,
-            min_normal_cosine: 0.5,
-        }
-    }
-}
-
-impl PointToPlaneConfig {
-    pub(crate) fn build(&self, resolution: f64) -> PointToPlane {
-        PointToPlane {
-            start_radius: self.start_radius.resolve(resolution),
-            end_radius: self.end_radius.resolve(resolution),
-            iterations: self.rounds,
-            max_points: self.points,
-            min_normal_cosine: self.min_normal_cosine,
-            tolerance: 0.002 * resolution,
         }
     }
 }
