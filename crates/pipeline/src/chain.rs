@@ -1,5 +1,6 @@
 //! One attempt: every stage of the chain once, in order.
 
+use crate::memory::{Memory, Sampled, Setting};
 use crate::preparation::sample;
 use crate::prior::Bounds;
 use crate::ranking::{Ranked, Ranking};
@@ -35,6 +36,7 @@ pub(crate) struct Answer {
 }
 
 /// Surfaces and what they came from.
+#[derive(Clone)]
 pub(crate) struct Prepared<'p> {
     pub(crate) surfaces: Pair<Surface>,
     /// How their normals were oriented.
@@ -53,25 +55,22 @@ pub(crate) enum Proposals {
 }
 
 /// One attempt and what it has noted so far.
-pub(crate) struct Chain<'a, 'c> {
+pub(crate) struct Chain<'a, 'c, 'p> {
     pub(crate) config: &'a PipelineConfig,
     pub(crate) bounds: &'a Bounds,
     pub(crate) proposals: Proposals,
+    pub(crate) memory: &'a mut Memory<'p>,
     pub(crate) clock: &'a mut Clock<'c>,
+    pub(crate) signs: Signs,
     pub(crate) counts: Counts,
     pub(crate) raw_resolution: f64,
     pub(crate) resolution: f64,
 }
 
-impl Chain<'_, '_> {
+impl<'p> Chain<'_, '_, 'p> {
     /// `None` where the attempt would only repeat an earlier one. What the stages make is left in `trace`.
-    pub(crate) fn run(
-        &mut self,
-        scans: &Pair<&Scan>,
-        signs: Signs,
-        trace: &mut Trace,
-    ) -> Option<Result<Answer, Failure>> {
-        let prepared = match self.prepared(scans, signs) {
+    pub(crate) fn run(&mut self, scans: &Pair<&'p Scan>, trace: &mut Trace) -> Option<Result<Answer, Failure>> {
+        let prepared = match self.prepared(scans) {
             Ok(prepared) => prepared?,
             Err(failure) => return Some(Err(failure)),
         };
@@ -81,9 +80,7 @@ impl Chain<'_, '_> {
     }
 
     fn registered(&mut self, prepared: &Prepared<'_>, trace: &mut Trace) -> Result<Answer, Failure> {
-        let surfaces = &prepared.surfaces;
-        trace.keypoints = self.keypoints(surfaces);
-        trace.features = self.features(surfaces, &trace.keypoints);
+        (trace.keypoints, trace.features) = self.described(&prepared.surfaces);
         self.answered(prepared, trace)
     }
 
@@ -97,40 +94,61 @@ impl Chain<'_, '_> {
         Ok(self.judged(&chosen, prepared, &evidence))
     }
 
-    fn prepared<'p>(&mut self, scans: &Pair<&'p Scan>, signs: Signs) -> Result<Option<Prepared<'p>>, Failure> {
+    /// Nothing where there are no signs to turn.
+    fn prepared(&mut self, scans: &Pair<&'p Scan>) -> Result<Option<Prepared<'p>>, Failure> {
+        let known = self.memory.prepared.get(&self.config.sampling);
+        let sampled = match known {
+            Some(known) => known,
+            None => {
+                let sampled = self.sampled(scans)?;
+                self.memory.prepared.keep(self.config.sampling.clone(), &sampled);
+                sampled
+            }
+        };
+        self.raw_resolution = sampled.raw_resolution;
+        self.resolution = sampled.resolution;
+        self.counts.sampled = sampled.prepared.surfaces.as_ref().map(|surface| surface.len());
+        Ok(sampled.prepared.with_signs(self.signs))
+    }
+
+    fn sampled(&mut self, scans: &Pair<&'p Scan>) -> Result<Sampled<'p>, Failure> {
         let config = self.config;
         let sampled = self
             .clock
             .time(Stage::Sampling, || sample(&[scans.source, scans.target], &config.sampling, config.normals.source))?;
-        self.raw_resolution = sampled.raw_resolution;
-        self.resolution = sampled.resolution;
-        let resolution = self.resolution;
+        let (raw_resolution, resolution) = (sampled.raw_resolution, sampled.resolution);
         let both = self.clock.time(Stage::Normals, || stages::normals(sampled.clouds, config, resolution));
         let (surfaces, oriented) = Pair::of_two(both).unzip();
-        self.counts.points = scans.map(|scan| scan.points().len());
-        self.counts.sampled = surfaces.map(Surface::len);
         let points = Pair { source: scans.source.points(), target: scans.target.points() };
-        Ok(Prepared { surfaces, oriented, points }.with_signs(signs))
+        Ok(Sampled { prepared: Prepared { surfaces, oriented, points }, raw_resolution, resolution })
+    }
+
+    fn described(&mut self, surfaces: &Pair<Surface>) -> (Pair<Vec<Keypoint>>, Pair<Features>) {
+        let setting = Setting::new(self.config, self.signs);
+        let (keypoints, features) = self.memory.described.get(&setting).unwrap_or_else(|| {
+            let keypoints = self.keypoints(surfaces);
+            let features = self.features(surfaces, &keypoints);
+            self.memory.described.keep(setting, &(keypoints.clone(), features.clone()));
+            (keypoints, features)
+        });
+        self.counts.keypoints = keypoints.as_ref().map(|keypoints| keypoints.len());
+        self.counts.described = features.as_ref().map(|features| features.len());
+        (keypoints, features)
     }
 
     fn keypoints(&mut self, surfaces: &Pair<Surface>) -> Pair<Vec<Keypoint>> {
         let (config, resolution) = (self.config, self.resolution);
-        let keypoints =
-            self.clock.time(Stage::Keypoints, || surfaces.map(|surface| stages::detect(surface, config, resolution)));
-        self.counts.keypoints = keypoints.map(Vec::len);
-        keypoints
+        self.clock.time(Stage::Keypoints, || surfaces.map(|surface| stages::detect(surface, config, resolution)))
     }
 
     fn features(&mut self, surfaces: &Pair<Surface>, keypoints: &Pair<Vec<Keypoint>>) -> Pair<Features> {
         let (config, resolution) = (self.config, self.resolution);
-        let features = self.clock.time(Stage::Description, || {
+        self.clock.time(Stage::Description, || {
             surfaces.as_ref().zip(keypoints.as_ref()).map(|(surface, keypoints)| {
                 let points: Vec<u32> = keypoints.iter().map(|keypoint| keypoint.index).collect();
                 stages::describe(surface, &points, config, resolution)
             })
-        });
-        self.counts.described = features.map(Features::len);
-        features
+        })
     }
 
     fn matches(&mut self, features: &Pair<Features>) -> Result<Vec<Correspondence>, Failure> {
@@ -138,8 +156,12 @@ impl Chain<'_, '_> {
         if fewest < 3 && self.proposals == Proposals::Searched {
             return Err(Failure::FewKeypoints { found: fewest });
         }
-        let config = self.config;
-        let matches = self.clock.time(Stage::Matching, || stages::match_features(features, config));
+        let (config, setting) = (self.config, Setting::new(self.config, self.signs));
+        let matches = self.memory.matches.get(&setting).unwrap_or_else(|| {
+            let matches = self.clock.time(Stage::Matching, || stages::match_features(features, config));
+            self.memory.matches.keep(setting, &matches);
+            matches
+        });
         self.counts.correspondences = matches.len();
         if matches.len() < 3 && self.proposals == Proposals::Searched {
             return Err(Failure::FewMatches { kept: matches.len() });

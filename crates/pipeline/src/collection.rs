@@ -7,6 +7,7 @@
 //! and a scan is described for it (or with its normals turned) only when a pair asks.
 
 use crate::chain::{Chain, Prepared, Proposals};
+use crate::memory::Memory;
 use crate::preparation::sample;
 use crate::prior::Bounds;
 use crate::register::{Attempt, escalated};
@@ -157,8 +158,9 @@ impl Collection {
         let as_they_are = Pair { source: Variant::default(), target: Variant::default() };
         let origins = supplied(&supply, as_they_are, &mut clock)?.into_map(|scan| scan.origin);
         let bounds = prior.bounds(&origins);
+        let mut memory = Memory::default();
         let best = escalated(&config, &mut clock, |config, signs, clock| {
-            self.attempt(&supply, &bounds, config, signs, clock)
+            self.attempt(&supply, &bounds, config, signs, &mut memory, clock)
         })?;
         Ok(best.registration(&origins, clock))
     }
@@ -169,6 +171,7 @@ impl Collection {
         bounds: &Bounds,
         config: &PipelineConfig,
         signs: Signs,
+        memory: &mut Memory<'_>,
         clock: &mut Clock<'_>,
     ) -> Result<Option<Attempt>, E> {
         let budget =
@@ -187,8 +190,8 @@ impl Collection {
         }
         let counts = Counts { points: scans.map(|scan| scan.points.len()), ..Counts::default() };
         let (raw_resolution, resolution) = (self.raw_resolution, self.resolutions[budget]);
-        let mut chain =
-            Chain { config, bounds, proposals: Proposals::Searched, clock, counts, raw_resolution, resolution };
+        let proposals = Proposals::Searched;
+        let mut chain = Chain { config, bounds, proposals, memory, clock, signs, counts, raw_resolution, resolution };
         let mut trace = Trace::default();
         let outcome = described(&scans).and_then(|both| {
             chain.counts.sampled = both.map(|scan| scan.surface.len());
@@ -253,27 +256,26 @@ fn described(scans: &Pair<Arc<DescribedScan>>) -> Result<Pair<&Described>, Failu
     }
 }
 
-/// The samplings that a registration may ask for: the first attempt's, then the other ones of the escalation.
+/// The samplings that a registration may ask for, that of the plain attempt first.
 fn samplings(config: &PipelineConfig) -> Vec<SamplingConfig> {
-    let mut all = vec![config.sampling.clone()];
-    for step in &config.escalation {
-        let sampling = step.applied(config).sampling;
-        if !all.contains(&sampling) {
-            all.push(sampling);
-        }
-    }
-    all
+    let others = config.attempts().map(|(config, _)| config.sampling);
+    unique(std::iter::once(config.sampling.clone()).chain(others))
 }
 
 /// The descriptors that a registration may ask for, likewise.
 fn descriptors(config: &PipelineConfig) -> Vec<DescriptorConfig> {
-    let mut all = vec![config.descriptor.clone()];
-    for descriptor in config.escalation.iter().filter_map(|step| step.descriptor.as_ref()) {
-        if !all.contains(descriptor) {
-            all.push(descriptor.clone());
+    let others = config.attempts().map(|(config, _)| config.descriptor);
+    unique(std::iter::once(config.descriptor.clone()).chain(others))
+}
+
+fn unique<T: PartialEq>(all: impl Iterator<Item = T>) -> Vec<T> {
+    let mut unique = Vec::new();
+    all.for_each(|one| {
+        if !unique.contains(&one) {
+            unique.push(one);
         }
-    }
-    all
+    });
+    unique
 }
 
 /// The middle one, or the mean of the two in the middle.

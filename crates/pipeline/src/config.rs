@@ -49,7 +49,9 @@ pub struct PipelineConfig {
     pub refinement: RefinementConfig,
     /// When to believe it.
     pub verdict: VerdictConfig,
-    /// What to try, one after the other, as long as it is not believed.
+    /// What to try before, with less effort: most pairs need no more.
+    pub quick: Vec<EscalationStep>,
+    /// What to try, one after the other, as long as no pose is believed.
     pub escalation: Vec<EscalationStep>,
 }
 
@@ -75,9 +77,16 @@ impl Default for PipelineConfig {
             ranking: RankingConfig::Dense(DenseConfig::default()),
             refinement: RefinementConfig::default(),
             verdict: VerdictConfig::Dense(DenseVerdictConfig::default()),
+            quick: vec![quick()],
             escalation: escalation(),
         }
     }
+}
+
+/// Few poses: where the scans share much, the right one is among the first.
+fn quick() -> EscalationStep {
+    let estimator = EstimatorConfig::Pivots(PivotsConfig { pivots: 1000, ..PivotsConfig::default() });
+    EscalationStep { poses: Some(30), refined: Some(6), estimator: Some(estimator), ..EscalationStep::default() }
 }
 
 /// More points and poses, other radii, another descriptor, and at last the other side of unsure normals.

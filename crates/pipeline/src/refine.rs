@@ -1,6 +1,7 @@
 //! From two scans and a rough pose to an exact one: the chain without its search.
 
 use crate::chain::Proposals;
+use crate::memory::Memory;
 use crate::register::attempt;
 use crate::stage::Clock;
 use crate::{Pair, PipelineConfig, Prior, Registration, Signs, Stage, Trace};
@@ -25,8 +26,9 @@ pub fn refine(
     let origins = scans.map(|scan| *scan.origin());
     let mut clock = Clock::new(observe);
     let bounds = prior.bounds(&origins);
-    let mut only = attempt(&scans, (&bounds, Proposals::Guessed), config, Signs::Kept, &mut clock)
-        .expect("an attempt with the signs as they are is made");
+    let mut only =
+        attempt(&scans, (&bounds, Proposals::Guessed), config, Signs::Kept, &mut Memory::default(), &mut clock)
+            .expect("an attempt with the signs as they are is made");
     let trace = std::mem::take(&mut only.trace);
     (only.registration(&origins, clock), trace)
 }

@@ -1,6 +1,7 @@
 //! From two scans to one pose: attempts of rising effort, until one is believed.
 
 use crate::chain::{Answer, Chain, Proposals};
+use crate::memory::Memory;
 use crate::prior::Bounds;
 use crate::stage::Clock;
 use crate::{
@@ -32,8 +33,9 @@ pub fn register_traced(
 ) -> (Registration, Trace) {
     let bounds = prior.bounds(&scans.map(|scan| *scan.origin()));
     let mut clock = Clock::new(observe);
+    let mut memory = Memory::default();
     let Ok(mut best) = escalated(config, &mut clock, |config, signs, clock| {
-        Ok::<_, Infallible>(attempt(&scans, (&bounds, Proposals::Searched), config, signs, clock))
+        Ok::<_, Infallible>(attempt(&scans, (&bounds, Proposals::Searched), config, signs, &mut memory, clock))
     });
     let trace = std::mem::take(&mut best.trace);
     (best.registration(&scans.into_map(|scan| *scan.origin()), clock), trace)
@@ -43,18 +45,21 @@ pub fn register_traced(
 pub(crate) fn escalated<E>(
     config: &PipelineConfig,
     clock: &mut Clock<'_>,
-    attempt: impl Fn(&PipelineConfig, Signs, &mut Clock<'_>) -> Result<Option<Attempt>, E>,
+    mut attempt: impl FnMut(&PipelineConfig, Signs, &mut Clock<'_>) -> Result<Option<Attempt>, E>,
 ) -> Result<Attempt, E> {
-    let mut best = attempt(config, Signs::Kept, clock)?.expect("an attempt with the signs as they are is made");
-    for step in &config.escalation {
-        if best.is_believed() {
+    let mut best: Option<Attempt> = None;
+    for (config, signs) in config.attempts() {
+        if best.as_ref().is_some_and(Attempt::is_believed) {
             break;
         }
-        if let Some(another) = attempt(&step.applied(config), step.signs, clock)? {
-            best = best.or(another);
+        if let Some(another) = attempt(&config, signs, clock)? {
+            best = Some(match best {
+                Some(best) => best.or(another),
+                None => another,
+            });
         }
     }
-    Ok(best)
+    Ok(best.expect("an attempt with the signs as they are is made"))
 }
 
 /// What an attempt left.
@@ -67,17 +72,19 @@ pub(crate) struct Attempt {
 }
 
 /// One run of the chain; `None` where it would only repeat an earlier one.
-pub(crate) fn attempt(
-    scans: &Pair<&Scan>,
+pub(crate) fn attempt<'p>(
+    scans: &Pair<&'p Scan>,
     (bounds, proposals): (&Bounds, Proposals),
     config: &PipelineConfig,
     signs: Signs,
+    memory: &mut Memory<'p>,
     clock: &mut Clock<'_>,
 ) -> Option<Attempt> {
     let counts = Counts { points: scans.map(|scan| scan.points().len()), ..Counts::default() };
-    let mut chain = Chain { config, bounds, proposals, clock, counts, raw_resolution: 0.0, resolution: 0.0 };
+    let mut chain =
+        Chain { config, bounds, proposals, memory, clock, signs, counts, raw_resolution: 0.0, resolution: 0.0 };
     let mut trace = Trace::default();
-    let outcome = chain.run(scans, signs, &mut trace)?;
+    let outcome = chain.run(scans, &mut trace)?;
     let Chain { counts, raw_resolution, resolution, .. } = chain;
     Some(Attempt { outcome, counts, raw_resolution, resolution, trace })
 }
@@ -139,22 +146,34 @@ impl Attempt {
     }
 }
 
+impl PipelineConfig {
+    /// The settings of all attempts, in their order.
+    pub(crate) fn attempts(&self) -> impl Iterator<Item = (PipelineConfig, Signs)> + '_ {
+        let changed = |step: &EscalationStep| (step.applied(self), step.signs);
+        let plain = std::iter::once_with(|| (self.clone(), Signs::Kept));
+        self.quick.iter().map(changed).chain(plain).chain(self.escalation.iter().map(changed))
+    }
+}
+
 impl EscalationStep {
     pub(crate) fn applied(&self, config: &PipelineConfig) -> PipelineConfig {
-        let mut harder = config.clone();
+        let mut other = config.clone();
         if let Some(poses) = self.poses {
-            harder.pool.poses = poses;
+            other.pool.poses = poses;
         }
-        if let (SamplingConfig::Budget(budget), Some(max_points)) = (&mut harder.sampling, self.max_points) {
+        if let (SamplingConfig::Budget(budget), Some(max_points)) = (&mut other.sampling, self.max_points) {
             budget.max_points = max_points;
         }
-        if let (RankingConfig::Dense(dense), Some(refined)) = (&mut harder.ranking, self.refined) {
+        if let (RankingConfig::Dense(dense), Some(refined)) = (&mut other.ranking, self.refined) {
             dense.refined = refined;
         }
         if let Some(descriptor) = &self.descriptor {
-            harder.descriptor = descriptor.clone();
+            other.descriptor = descriptor.clone();
         }
-        harder
+        if let Some(estimator) = &self.estimator {
+            other.estimator = estimator.clone();
+        }
+        other
     }
 }
 

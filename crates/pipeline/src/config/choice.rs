@@ -2,6 +2,7 @@
 
 use crate::Calibration;
 use congruent_descriptors::DescriptorConfig;
+use congruent_estimators::EstimatorConfig;
 use congruent_geometry::Length;
 use congruent_metrics::DenseRule;
 use serde::{Deserialize, Serialize};
@@ -93,7 +94,7 @@ pub struct DenseVerdictConfig {
     pub calibration: Calibration,
 }
 
-/// One more attempt, with more effort or with other assumptions. What is left out stays as in the first attempt.
+/// One more attempt, with other effort or other assumptions. What is left out stays as in the first attempt.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct EscalationStep {
@@ -111,6 +112,9 @@ pub struct EscalationStep {
     /// Another descriptor: its poses compete with those of the first, its matches are never mixed with them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub descriptor: Option<DescriptorConfig>,
+    /// Another estimator, or the same with other settings.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimator: Option<EstimatorConfig>,
 }
 
 /// The signs of the normals in one attempt.
