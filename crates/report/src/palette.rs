@@ -13,3 +13,7 @@ pub const SCANS: [&str; 8] = [SOURCE, TARGET, "#1b8a5a", "#a3338a", "#8a6d00", "
 pub fn scan_colour(i: usize) -> &'static str {
     SCANS[i % SCANS.len()]
 }
+/// True correspondences, or inliers.
+pub(crate) const INLIER: &str = "#1b8a5a";
+/// All others.
+pub(crate) const OUTLIER: &str = "#a3338a";

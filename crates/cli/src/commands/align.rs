@@ -9,7 +9,8 @@ use crate::{configuration, output};
 use anyhow::Result;
 use congruent_geometry::{RawScan, RigidTransform};
 use congruent_io::{write_file, write_ply, write_pose};
-use congruent_pipeline::{Pair, Registration, Trace, Verdict, register_traced};
+use congruent_pipeline::{Pair, PipelineConfig, Registration, Trace, Verdict, register_traced};
+use congruent_report::{PairReport, pair_page};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -22,6 +23,9 @@ pub(super) fn run(args: &AlignArgs) -> Result<ExitCode> {
     let viewpoints =
         Pair { source: args.source_viewpoint.or(args.viewpoint), target: args.target_viewpoint.or(args.viewpoint) };
     let mut aligned = align(files, viewpoints, &args.run)?;
+    if let Some(path) = &args.report {
+        write_page(path, files, &aligned, None)?;
+    }
     if let Some(directory) = &args.save_stages {
         let trace = std::mem::take(&mut aligned.trace);
         save(directory, trace, aligned.scans.as_ref().into_map(|loaded| &loaded.scan))?;
@@ -48,6 +52,7 @@ pub(super) struct Aligned {
     pub(super) scans: Pair<Loaded>,
     pub(super) registration: Registration,
     pub(super) trace: Trace,
+    pub(super) config: PipelineConfig,
     pub(super) report: Report,
 }
 
@@ -74,7 +79,7 @@ pub(super) fn align(files: Pair<&Path>, viewpoints: Pair<Option<[f64; 3]>>, run:
             Ok((scans, registration, reading))
         })??;
     let report = Report::new(files, &config, &registration, reading, start.elapsed());
-    Ok(Aligned { scans, registration, trace, report })
+    Ok(Aligned { scans, registration, trace, config, report })
 }
 
 /// JSON, or the matrix alone where the name asks for it.
@@ -85,6 +90,29 @@ fn write_result(path: &Path, aligned: &Aligned) -> Result<()> {
         None if wants_matrix => output::remark(&format!("{}: not written, because there is no pose", path.display())),
         _ => write_file(path, format!("{}\n", aligned.report.json()).as_bytes())?,
     }
+    Ok(())
+}
+
+/// Writes the page of a registration.
+pub(super) fn write_page(
+    path: &Path,
+    files: Pair<&Path>,
+    aligned: &Aligned,
+    truth: Option<&RigidTransform>,
+) -> Result<()> {
+    let name = |file: &Path| file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+    let names = files.into_map(name);
+    let page = pair_page(&PairReport {
+        names: names.as_ref().into_map(String::as_str),
+        scans: aligned.scans.as_ref().into_map(|loaded| &loaded.scan),
+        registration: &aligned.registration,
+        trace: &aligned.trace,
+        config: &aligned.config,
+        config_text: &toml::to_string(&aligned.config)?,
+        truth,
+        version: env!("CARGO_PKG_VERSION"),
+    });
+    write_file(path, page.html().as_bytes())?;
     Ok(())
 }
 

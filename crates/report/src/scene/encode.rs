@@ -28,6 +28,7 @@ impl Scene {
                 "name": e.name, "unit": e.unit, "saturation": e.saturation, "grey": e.grey,
             })),
             "radius": radius,
+            "middle": <[f64; 3]>::from(middle),
             "viewpoint": self.viewpoint.map(|from| <[f64; 3]>::from(from.coords - middle)),
             "unit": if self.unit.is_empty() { "data units" } else { &self.unit },
         })
