@@ -2,14 +2,20 @@
 //!
 //! A [`Page`] is a title and blocks: text, facts, tables, figures (SVG), and interactive 3D views. A [`Scene`] is what such
 //! a view shows: layers of points and of lines on bodies that rigid motions put in place. [`pair_page`] shows one
-//! registration. Nothing here opens a file or prints.
+//! registration, [`experiment_page`] and [`evaluation_page`] many. Nothing here opens a file or prints.
 
+mod evaluation;
+mod experiment;
+mod figures;
 mod page;
 mod pair;
 mod palette;
 mod picture;
+mod printed;
 mod scene;
 
+pub use evaluation::{evaluation_figures, evaluation_page};
+pub use experiment::{ExperimentReport, Figure, experiment_figures, experiment_page};
 pub use page::{Block, Cell, Page, Table, Tone, escaped};
 pub use pair::{PairReport, comparison_page, pair_page};
 pub use palette::{SCANS, SOURCE, TARGET, scan_colour};

@@ -57,6 +57,25 @@ pub(super) struct Aligned {
 }
 
 impl Aligned {
+    /// What its page shows; `config_text` is its configuration as TOML.
+    pub(super) fn page_of<'a>(
+        &'a self,
+        names: &'a Pair<String>,
+        config_text: &'a str,
+        truth: Option<&'a RigidTransform>,
+    ) -> PairReport<'a> {
+        PairReport {
+            names: names.as_ref().into_map(String::as_str),
+            scans: self.scans.as_ref().into_map(|loaded| &loaded.scan),
+            registration: &self.registration,
+            trace: &self.trace,
+            config: &self.config,
+            config_text,
+            truth,
+            version: env!("CARGO_PKG_VERSION"),
+        }
+    }
+
     pub(super) fn exit_code(&self) -> ExitCode {
         match self.registration.verdict {
             Verdict::Ok => ExitCode::SUCCESS,
@@ -100,20 +119,14 @@ pub(super) fn write_page(
     aligned: &Aligned,
     truth: Option<&RigidTransform>,
 ) -> Result<()> {
-    let name = |file: &Path| file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
-    let names = files.into_map(name);
-    let page = pair_page(&PairReport {
-        names: names.as_ref().into_map(String::as_str),
-        scans: aligned.scans.as_ref().into_map(|loaded| &loaded.scan),
-        registration: &aligned.registration,
-        trace: &aligned.trace,
-        config: &aligned.config,
-        config_text: &toml::to_string(&aligned.config)?,
-        truth,
-        version: env!("CARGO_PKG_VERSION"),
-    });
-    write_file(path, page.html().as_bytes())?;
+    let (names, text) = (names_of(files), toml::to_string(&aligned.config)?);
+    write_file(path, pair_page(&aligned.page_of(&names, &text, truth)).html().as_bytes())?;
     Ok(())
+}
+
+/// The names of files without their folders.
+pub(super) fn names_of(files: Pair<&Path>) -> Pair<String> {
+    files.into_map(|file| file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned())
 }
 
 /// Writes a scan under a rigid motion, with its normals and triangles.
