@@ -5,8 +5,8 @@
 
   // Half of the vertical angle of view, radians.
   const HALF_FIELD = 0.35;
-  // Colours from no error to saturation: the first five sixths of matplotlib's plasma, dark enough for a white ground.
-  const RAMP = [[13, 8, 135], [126, 3, 168], [204, 71, 120], [241, 132, 75], [253, 180, 47]].map(c => c.map(v => v / 255));
+  // Colours from no error to saturation: from dark to light, so also in grey, and seen on white at both ends.
+  const RAMP = [[52, 56, 178], [132, 40, 178], [204, 71, 120], [241, 132, 75], [253, 188, 56]].map(c => c.map(v => v / 255));
   const GREY = [0.72, 0.72, 0.72];
   const HELP = [
     ['drag, arrow keys', 'turn'], ['shift + drag, two fingers', 'move'], ['wheel, pinch, + and −', 'zoom'],
@@ -16,7 +16,7 @@
 
   const CLOUD = `#version 300 es
     in vec3 position; in float error;
-    uniform mat4 first, second, screen; uniform float size, distance_, ramp; uniform vec3 colour, up; uniform vec2 heights;
+    uniform mat4 first, second, screen; uniform float size, distance_; uniform vec3 colour, up; uniform vec2 heights;
     uniform bool isCloud; uniform int mode;
     uniform vec3 stops[5]; uniform vec3 grey;
     out vec3 shade;
@@ -29,7 +29,7 @@
       gl_Position = screen * placed;
       gl_PointSize = clamp(size * distance_ / gl_Position.w, 1.0, 6.0 * size);
       shade = colour;
-      if (isCloud && mode == 1) shade = error > 0.999 || ramp < 0.5 ? grey : pseudo(error * 255.0 / 254.0);
+      if (isCloud && mode == 1) shade = error > 0.999 ? grey : pseudo(error * 255.0 / 254.0);
       if (isCloud && mode == 2) shade = pseudo((dot(placed.xyz, up) - heights.x) / (heights.y - heights.x));
     }`;
   const DISC = `#version 300 es
@@ -54,9 +54,9 @@
       ivec2 at = ivec2(gl_FragCoord.xy);
       float here = far(at), darkness = 0.0;
       for (int x = -1; x <= 1; x++) for (int y = -1; y <= 1; y++)
-        darkness += clamp(here - far(at + reach * ivec2(x, y)), 0.0, 0.06);
+        darkness += clamp(here - far(at + reach * ivec2(x, y)), 0.0, 0.006);
       vec3 colour = texelFetch(colours, at, 0).rgb;
-      pixel = vec4(here > 1e8 ? vec3(1.0) : colour * exp(-3.2 * darkness), 1.0);
+      pixel = vec4(here > 1e8 ? colour : colour * exp(-35.0 * darkness), 1.0);
     }`;
 
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -285,12 +285,14 @@
       gl.uniform3fv(at.stops, RAMP.flat()); gl.uniform3fv(at.grey, GREY);
       let drawn = 0;
       for (const layer of this.layers) {
-        if (!layer.shown || !layer.n) continue;
+        if (!layer.shown || !layer.n || this.mode === 1 && layer.kind === 'points' && !layer.hasErrors) continue;
         const [first, second = first] = layer.matrices[Math.min(this.state, layer.matrices.length - 1)];
         gl.uniformMatrix4fv(at.first, false, first); gl.uniformMatrix4fv(at.second, false, second);
-        gl.uniform3fv(at.colour, rgb(layer.colour)); gl.uniform1f(at.ramp, layer.hasErrors ? 1 : 0);
+        gl.uniform3fv(at.colour, rgb(layer.colour));
         gl.uniform1i(at.isCloud, layer.kind === 'points' ? 1 : 0);
         gl.bindVertexArray(layer.vao);
+        // Lines within a body would not be seen.
+        gl[layer.kind === 'points' ? 'enable' : 'disable'](gl.DEPTH_TEST);
         gl.drawArrays(layer.kind === 'points' ? gl.POINTS : gl.LINES, 0, layer.n);
         drawn += layer.n;
       }
@@ -307,7 +309,7 @@
       gl.activeTexture(gl.TEXTURE0); gl.bindTexture(gl.TEXTURE_2D, this.colours);
       gl.activeTexture(gl.TEXTURE1); gl.bindTexture(gl.TEXTURE_2D, this.depths);
       gl.uniform1i(at.colours, 0); gl.uniform1i(at.depths, 1);
-      gl.uniform2fv(at.range, this.camera.range()); gl.uniform1i(at.reach, Math.max(Math.round(k), 1));
+      gl.uniform2fv(at.range, this.camera.range()); gl.uniform1i(at.reach, Math.max(Math.round(2 * k), 1));
       gl.drawArrays(gl.TRIANGLES, 0, 3);
       gl.activeTexture(gl.TEXTURE0);
     }
@@ -321,7 +323,7 @@
       const most = 0.22 * canvas.clientWidth / perUnit, power = 10 ** Math.floor(Math.log10(most));
       const length = [5, 2, 1].map(d => d * power).find(d => d <= most) || power;
       this.ruler.style.width = `${length * perUnit}px`;
-      this.ruler.textContent = `${tidy(length)} ${scene.unit}`;
+      this.ruler.dataset.length = `${tidy(length)} ${scene.unit}`;
       this.legend.hidden = this.mode === 0;
       if (this.mode === this.legendMode) return;
       this.legendMode = this.mode;
