@@ -114,7 +114,8 @@
     range() { return [this.distance * 0.02, this.distance + 12 * this.scene.radius]; }
     // The matrix from the frame to the screen, column by column.
     screen(aspect) {
-      const [near, far] = this.range(), t = 1 / Math.tan(HALF_FIELD);
+      // What fits is as wide as the shorter side.
+      const [near, far] = this.range(), t = Math.min(aspect, 1) / Math.tan(HALF_FIELD);
       const eye = plus(this.middle, this.back, this.distance);
       const rows = [this.right, this.up, this.back], shift = rows.map(r => -dot(r, eye));
       const a = (far + near) / (near - far), b = 2 * far * near / (near - far);
@@ -228,7 +229,7 @@
       this.figure.prepend(bar, stage);
       const most = Math.max(...this.layers.filter(l => l.kind === 'points').map(l => l.n), 1);
       // So many pixels, that the cloud closes where it fills some two fifths of the picture.
-      const fitting = 1.35 * Math.sqrt(0.4 * this.canvas.clientHeight ** 2 / most);
+      const fitting = 1.35 * Math.sqrt(0.4 * this.side() ** 2 / most);
       this.size = Math.min(Math.max(fitting, 2), 9);
       this.slider.value = this.size;
     }
@@ -238,6 +239,7 @@
       return (dot(up, [1, 1, 1]) < 0 ? '−' : '') + 'xyz'[up.findIndex(v => v !== 0)];
     }
 
+    side() { return Math.max(Math.min(this.canvas.clientWidth, this.canvas.clientHeight), 1); }
     show(state) { this.state = state; this.ask(); }
     help() { this.sheet.hidden = !this.sheet.hidden; }
     reset() { this.camera.reset(); this.camera.changed(); }
@@ -319,7 +321,7 @@
       (this.stateButtons || []).forEach((button, i) => button.setAttribute('aria-pressed', String(i === this.state)));
       this.select.value = String(this.mode);
       this.slider.value = this.size;
-      const perUnit = canvas.clientHeight / (2 * this.camera.distance * Math.tan(HALF_FIELD));
+      const perUnit = this.side() / (2 * this.camera.distance * Math.tan(HALF_FIELD));
       const most = 0.22 * canvas.clientWidth / perUnit, power = 10 ** Math.floor(Math.log10(most));
       const length = [5, 2, 1].map(d => d * power).find(d => d <= most) || power;
       this.ruler.style.width = `${length * perUnit}px`;
@@ -344,7 +346,7 @@
 
     listen() {
       const { canvas, camera } = this, fingers = new Map();
-      const perPixel = () => 2 * camera.distance * Math.tan(HALF_FIELD) / canvas.clientHeight;
+      const perPixel = () => 2 * camera.distance * Math.tan(HALF_FIELD) / this.side();
       const spread = () => { const [a, b] = [...fingers.values()]; return Math.hypot(a.x - b.x, a.y - b.y) || 1; };
       canvas.addEventListener('pointerdown', event => {
         canvas.setPointerCapture(event.pointerId);
@@ -381,7 +383,7 @@
         '[': () => { this.size = Math.max(this.size / 1.2, 1); }, ']': () => { this.size = Math.min(this.size * 1.2, 12); },
         b: () => this.show((this.state + 1) % Math.max(this.scene.states.length, 1)),
         c: () => { const all = [...this.select.options].map(o => +o.value); this.mode = all[(all.indexOf(this.mode) + 1) % all.length]; },
-        x: () => camera.look([-1, 0, 0]), y: () => camera.look([0, 1, 0]), z: () => camera.look([0, 0, -1]),
+        x: () => camera.look([-1, 0, 0]), y: () => camera.look([0, 1, 0]), z: () => camera.look([0, 0, camera.vertical[1] < 0 ? 1 : -1]),
         r: () => camera.reset(), h: () => this.help(), escape: () => { this.sheet.hidden = true; },
       };
       if (layer) { layer.shown = !layer.shown; this.switches[+key - 1].checked = layer.shown; }

@@ -33,7 +33,7 @@ pub fn pair_page(report: &PairReport<'_>) -> Page {
     let mut blocks = vec![
         report.verdict(),
         Block::Views(vec![(report.caption(), report.scene())]),
-        Block::Section("Figures".to_owned()),
+        Block::Section("In numbers".to_owned()),
         Block::Facts(report.facts()),
         Block::Section("Pose".to_owned()),
     ];
