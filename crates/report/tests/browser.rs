@@ -53,7 +53,10 @@ impl Opened {
     }
 
     fn assert_quiet(&self) {
-        let complaints: Vec<&str> = self.log.lines().filter(|line| line.contains("CONSOLE")).collect();
+        // Software GL remarks on its own slowness.
+        let is_complaint =
+            |line: &&str| line.contains("CONSOLE") && !line.contains("GL Driver Message (OpenGL, Performance");
+        let complaints: Vec<&str> = self.log.lines().filter(is_complaint).collect();
         assert!(complaints.is_empty(), "{complaints:?}");
         assert!(self.document.contains("data-errors=\"0\""), "{}", self.log);
         assert!(!self.document.contains("data-problem"), "{}", self.log);
