@@ -11,7 +11,6 @@ mod commands;
 mod configuration;
 mod layers;
 mod output;
-mod picture;
 mod progress;
 mod result;
 mod rows;

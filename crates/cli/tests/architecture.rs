@@ -15,6 +15,7 @@ const ANYTHING: &[&str] = &[
     "pipeline",
     "simulation",
     "evaluation",
+    "report",
 ];
 
 /// What each crate may use.
@@ -41,6 +42,21 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "refinement",
             "pipeline",
             "simulation",
+        ],
+    ),
+    (
+        "report",
+        &[
+            "geometry",
+            "keypoints",
+            "descriptors",
+            "matching",
+            "metrics",
+            "estimators",
+            "refinement",
+            "pipeline",
+            "simulation",
+            "evaluation",
         ],
     ),
     ("cli", ANYTHING),

@@ -111,3 +111,26 @@ fn an_experiment_leaves_tables() {
         assert!(bench.folder.path().join("t2").join(name).exists(), "{name}");
     }
 }
+
+#[test]
+fn pages_and_figures_are_written_and_one_pair_can_be_shown() {
+    let bench = Bench::new();
+    let (page, figures) = (bench.path("page.html"), bench.path("figures"));
+    let output = bench.evaluate("out", &["-c", "fast", "--report", &page, "--figures", &figures]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let html = fs::read_to_string(&page).unwrap();
+    assert!(html.contains("<svg") && html.contains("g000_v1.ply \u{2192} g000_v0.ply"));
+    for name in ["accuracy", "errors", "inlier-ratios", "inliers", "confidence"] {
+        let svg = fs::read_to_string(format!("{figures}/{name}.svg")).unwrap();
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{name}");
+    }
+    let show = |pair: &str| {
+        let metrics = ["--metrics", "mse,inlier-count", "-c", "paper", "--report", page.as_str()];
+        congruent(&[&["evaluate", bench.data().as_str(), "--show", pair], &metrics[..]].concat())
+    };
+    assert_eq!(show("g000_v1.ply,g000_v0.ply").status.code(), Some(0));
+    let html = fs::read_to_string(&page).unwrap();
+    assert_eq!(html.matches("<figure class=\"view\"").count(), 2);
+    let refused = show("none.ply,g000_v0.ply");
+    assert!(refused.status.code() == Some(2) && text(&refused.stderr).contains("g000_v1.ply,g000_v0.ply"));
+}

@@ -54,7 +54,7 @@ fn the_demo_registers_and_says_what_it_wrote() {
     let (folder, output) = demo();
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(stdout(&output).contains("verdict  ok") && stdout(&output).contains("truth  right"), "{}", stdout(&output));
-    for name in ["source.ply", "target.ply", "truth.txt", "result.json", "aligned.ply", "picture.svg"] {
+    for name in ["source.ply", "target.ply", "truth.txt", "result.json", "aligned.ply", "picture.svg", "report.html"] {
         assert!(folder.path().join(name).exists() && stderr(&output).contains(name), "{name}");
     }
 }
@@ -177,13 +177,16 @@ fn what_cannot_be_registered_exits_1_and_still_prints_json() {
     let head = "ply\nformat ascii 1.0\nelement vertex 3600\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
     std::fs::write(&file, head.to_owned() + &plane).unwrap();
     let file = file.to_str().unwrap();
-    let moved = path(&folder, "moved.ply");
-    let output = congruent(&["align", file, file, "--json", "-c", "paper", "--write-aligned", &moved]);
+    let (moved, page) = (path(&folder, "moved.ply"), path(&folder, "page.html"));
+    let output =
+        congruent(&["align", file, file, "--json", "-c", "paper", "--write-aligned", &moved, "--report", &page]);
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let value: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
     assert_eq!(value["verdict"], "failed");
     assert!(value["reason"].as_str().is_some_and(|reason| !reason.is_empty()));
     assert!(!Path::new(&moved).exists() && stderr(&output).contains("not written"));
+    // A failure is shown, too.
+    assert!(std::fs::read_to_string(&page).unwrap().contains("<strong>failed</strong>"));
 }
 
 #[test]

@@ -12,7 +12,7 @@ pub(crate) use align::{AlignArgs, DemoArgs};
 pub(crate) use batch::{BatchArgs, MergeArgs, PairChoice};
 pub(crate) use calibrate::CalibrateArgs;
 pub(crate) use config::ConfigCommand;
-pub(crate) use evaluation::{DatasetArgs, EvaluateArgs, ExperimentArgs, SimulateArgs, SimulatedKind};
+pub(crate) use evaluation::{DatasetArgs, EvaluateArgs, ExperimentArgs, PageArgs, SimulateArgs, SimulatedKind};
 pub(crate) use files::{ConvertArgs, InspectArgs};
 pub(crate) use stages::{DescribeArgs, EstimateArgs, KeypointsArgs, MatchArgs, StageArgs};
 
@@ -94,7 +94,7 @@ pub(crate) enum Command {
 }
 
 /// What every command that registers takes.
-#[derive(Debug, Default, ClapArgs)]
+#[derive(Clone, Debug, Default, ClapArgs)]
 pub(crate) struct RunArgs {
     /// A TOML file, or the name of a preset (default, fast, paper)
     #[arg(short, long, value_name = "FILE")]

@@ -12,6 +12,8 @@ mod experiment;
 mod inspect;
 mod keypoints;
 mod matching;
+mod pages;
+mod show;
 mod simulate;
 mod stages;
 
