@@ -5,6 +5,7 @@
 
 mod cells;
 mod eigen;
+mod few_neighbors;
 mod field;
 mod fit;
 mod grid;
@@ -30,12 +31,12 @@ pub use length::{Length, LengthError};
 pub use mesh::vertex_normals;
 pub use normals::{Neighborhood, PointNormal, estimate_normals};
 pub use orientation::{Orientation, Oriented, orient};
-pub use resolution::{Resolution, resolution, resolution_at};
+pub use resolution::{Resolution, resolution, resolution_at, resolution_sampled};
 pub use scan::{Dropped, RawScan, Scan, ScanError};
 pub use surface::Surface;
 pub use transform::{RigidTransform, angle_between, from_rows, mean_displacement, to_rows, uncentred};
 pub use view::{View, ViewKind, estimate_view};
-pub use voxel::{Sample, voxel_centroids};
+pub use voxel::{Sample, voxel_centroids, voxel_count};
 
 /// A point or a normal as it is stored: three `f32`, centred coordinates.
 pub type Point = [f32; 3];

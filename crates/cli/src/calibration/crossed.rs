@@ -4,7 +4,7 @@ use super::{Scene, Trial};
 use anyhow::{Context, Result};
 use congruent_evaluation::calibration::Origin;
 use congruent_geometry::random::Stream;
-use congruent_geometry::{NeighborIndex, RawScan, Scan, resolution_at};
+use congruent_geometry::{RawScan, Scan, resolution_sampled};
 use congruent_io::{Dataset, read_scan};
 use congruent_pipeline::Pair;
 use congruent_simulation::nuisances::scaled;
@@ -57,7 +57,7 @@ fn scene(source: &Path, target: &Path) -> Result<Scene> {
 
 fn resolution_of(raw: &RawScan, path: &Path) -> Result<f64> {
     let scan = Scan::new(raw).with_context(|| path.display().to_string())?;
-    let measured = resolution_at(scan.points(), &NeighborIndex::new(scan.points()), MEASURED_AT);
+    let measured = resolution_sampled(scan.points(), MEASURED_AT);
     Ok(measured.with_context(|| format!("{}: all points are the same", path.display()))?.mean)
 }
 
