@@ -8,6 +8,7 @@ mod args;
 mod batch;
 mod commands;
 mod configuration;
+mod guess;
 mod layers;
 mod output;
 mod picture;

@@ -6,7 +6,7 @@ use crate::{output, picture};
 use anyhow::{Context, Result};
 use congruent_geometry::{NeighborIndex, RawScan, RigidTransform, Scan, angle_between, mean_displacement, uncentred};
 use congruent_io::{write_file, write_ply, write_pose};
-use congruent_pipeline::{Pair, Verdict};
+use congruent_pipeline::{Pair, Prior, Verdict, register_traced};
 use congruent_simulation::pair::{PairOptions, figurine_pair};
 use congruent_simulation::scanner::RangeNoise;
 use std::path::Path;
@@ -36,7 +36,12 @@ pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
         100.0 * pair.overlap
     ));
 
-    let aligned = align(Pair { source: &source, target: &target }, Pair::default(), &args.run)?;
+    let aligned = align(
+        Pair { source: &source, target: &target },
+        Pair::default(),
+        &args.run,
+        &|scans, config, observe| register_traced(scans, &Prior::default(), config, observe),
+    )?;
     output::data(&aligned.report.summary());
     write_file(&directory.join("result.json"), format!("{}\n", aligned.report.json()).as_bytes())?;
     let right = judge(&aligned, &pair.target_from_source)?;

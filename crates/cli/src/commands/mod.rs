@@ -12,6 +12,7 @@ mod experiment;
 mod inspect;
 mod keypoints;
 mod matching;
+mod refine;
 mod simulate;
 mod stages;
 
@@ -26,6 +27,7 @@ use std::process::ExitCode;
 pub(crate) fn run(args: Args) -> Result<ExitCode> {
     match args.command {
         Command::Align(args) => align::run(&args),
+        Command::Refine(args) => refine::run(&args),
         Command::Batch(args) => batch::run(&args),
         Command::Merge(args) => batch::merge(&args),
         Command::Keypoints(args) => keypoints::run(&args),
