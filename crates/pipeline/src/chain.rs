@@ -3,7 +3,7 @@
 use crate::preparation::sample;
 use crate::ranking::{Ranked, Ranking};
 use crate::prior::Bounds;
-use crate::refining::{drawn_in, refined};
+use crate::refining::drawn_in;
 use crate::stage::Clock;
 use crate::verdict::{Evident, Judgement, Significance};
 use crate::{
@@ -11,7 +11,7 @@ use crate::{
 };
 use congruent_descriptors::Features;
 use congruent_estimators::Hypothesis;
-use congruent_geometry::{Oriented, Point, RigidTransform, Scan, Surface};
+use congruent_geometry::{Oriented, RigidTransform, Scan, Surface};
 use congruent_keypoints::Keypoint;
 use congruent_matching::Correspondence;
 use congruent_metrics::Evidence;
@@ -37,12 +37,10 @@ pub(crate) struct Answer {
 }
 
 /// Surfaces and what they came from.
-pub(crate) struct Prepared<'p> {
+pub(crate) struct Prepared {
     pub(crate) surfaces: Pair<Surface>,
     /// How their normals were oriented.
     pub(crate) oriented: Pair<Oriented>,
-    /// The scans as they came, centred.
-    pub(crate) points: Pair<&'p [Point]>,
 }
 
 /// Where poses come from.
@@ -82,7 +80,7 @@ impl Chain<'_, '_> {
         Some(outcome)
     }
 
-    fn registered(&mut self, prepared: &Prepared<'_>, trace: &mut Trace) -> Result<Answer, Failure> {
+    fn registered(&mut self, prepared: &Prepared, trace: &mut Trace) -> Result<Answer, Failure> {
         let surfaces = &prepared.surfaces;
         trace.keypoints = self.keypoints(surfaces);
         trace.features = self.features(surfaces, &trace.keypoints);
@@ -90,7 +88,7 @@ impl Chain<'_, '_> {
     }
 
     /// From descriptors, which are in the trace, to an answer.
-    pub(crate) fn answered(&mut self, prepared: &Prepared<'_>, trace: &mut Trace) -> Result<Answer, Failure> {
+    pub(crate) fn answered(&mut self, prepared: &Prepared, trace: &mut Trace) -> Result<Answer, Failure> {
         let surfaces = &prepared.surfaces;
         trace.matches = self.matches(&trace.features)?;
         let evidence = self.evidence(surfaces, &trace.matches);
@@ -99,7 +97,7 @@ impl Chain<'_, '_> {
         Ok(self.judged(&chosen, prepared, &evidence))
     }
 
-    fn prepared<'p>(&mut self, scans: &Pair<&'p Scan>, signs: Signs) -> Result<Option<Prepared<'p>>, Failure> {
+    fn prepared(&mut self, scans: &Pair<&Scan>, signs: Signs) -> Result<Option<Prepared>, Failure> {
         let config = self.config;
         let sampled = self
             .clock
@@ -111,8 +109,7 @@ impl Chain<'_, '_> {
         let (surfaces, oriented) = Pair::of_two(both).unzip();
         self.counts.points = scans.map(|scan| scan.points().len());
         self.counts.sampled = surfaces.map(Surface::len);
-        let points = Pair { source: scans.source.points(), target: scans.target.points() };
-        Ok(Prepared { surfaces, oriented, points }.with_signs(signs))
+        Ok(Prepared { surfaces, oriented }.with_signs(signs))
     }
 
     fn keypoints(&mut self, surfaces: &Pair<Surface>) -> Pair<Vec<Keypoint>> {
@@ -174,7 +171,7 @@ impl Chain<'_, '_> {
     }
 
     /// The pose that the surfaces prefer, refined.
-    fn chosen(&mut self, prepared: &Prepared<'_>, pool: &[Hypothesis]) -> Chosen {
+    fn chosen(&mut self, prepared: &Prepared, pool: &[Hypothesis]) -> Chosen {
         let RankingConfig::Dense(dense) = &self.config.ranking else {
             let Refinement { target_from_source, uncertainty, .. } = self.refined(prepared, &pool[0].target_from_source);
             return Chosen { target_from_source, uncertainty, ranked: None, others: Vec::new() };
@@ -198,12 +195,12 @@ impl Chain<'_, '_> {
         }
     }
 
-    /// The scans as they came, on each other; the start where that leads out of bounds.
-    fn refined(&mut self, prepared: &Prepared<'_>, pose: &RigidTransform) -> Refinement {
+    /// The surfaces, laid on each other exactly; the start where that leads out of bounds. The centroids of a grid have
+    /// seen all points, and less noise than any of them.
+    fn refined(&mut self, prepared: &Prepared, pose: &RigidTransform) -> Refinement {
         let refiner = self.config.refinement.build(self.resolution, self.bounds.freedom());
-        let refined = self
-            .clock
-            .time(Stage::Refinement, || refined(&prepared.points, &prepared.surfaces, refiner.as_ref(), pose));
+        let Pair { source, target } = &prepared.surfaces;
+        let refined = self.clock.time(Stage::Refinement, || refiner.refine(source, target, pose));
         match self.bounds.admitted(&refined.target_from_source, self.resolution) {
             Some(target_from_source) => Refinement { target_from_source, ..refined },
             None => Refinement { target_from_source: *pose, uncertainty: None, ..refined },
@@ -221,7 +218,7 @@ impl Chain<'_, '_> {
         if self.bounds.are_open() { failure } else { Failure::OutOfBounds { within: Box::new(failure) } }
     }
 
-    fn judged(&mut self, chosen: &Chosen, prepared: &Prepared<'_>, evidence: &Evidence) -> Answer {
+    fn judged(&mut self, chosen: &Chosen, prepared: &Prepared, evidence: &Evidence) -> Answer {
         let surfaces = &prepared.surfaces;
         let (config, resolution) = (self.config, self.resolution);
         let metric = config.metric.build(resolution, stages::clouds(surfaces));
@@ -263,7 +260,7 @@ fn guessed(bounds: &Bounds, surfaces: &Pair<Surface>, resolution: f64) -> Vec<Ri
     drawn.into_iter().chain([guess]).collect()
 }
 
-impl Prepared<'_> {
+impl Prepared {
     /// With the signs that an attempt asks for; nothing where there is nothing to turn.
     fn with_signs(self, signs: Signs) -> Option<Self> {
         let turned = signs.turned(&self.oriented)?;
