@@ -39,7 +39,8 @@ pub(crate) fn pose(path: &Path) -> Result<RigidTransform> {
         return Ok(RigidTransform::identity());
     }
     let name = || path.display().to_string();
-    let bytes = std::fs::read(path).with_context(|| format!("{}: cannot be read; name a pose file, or identity", path.display()))?;
+    let bytes = std::fs::read(path)
+        .with_context(|| format!("{}: cannot be read; name a pose file, or identity", path.display()))?;
     if !bytes.trim_ascii_start().starts_with(b"{") {
         return Ok(read_pose(path)?);
     }
@@ -48,7 +49,9 @@ pub(crate) fn pose(path: &Path) -> Result<RigidTransform> {
         bail!("{}: holds no target_from_source; name a result with a pose", path.display());
     };
     let pose = (rows[3] == [0.0, 0.0, 0.0, 1.0]).then(|| from_rows(&rows, TOLERANCE)).flatten();
-    pose.with_context(|| format!("{}: target_from_source is no rigid motion; remove scale, shear and mirroring", path.display()))
+    pose.with_context(|| {
+        format!("{}: target_from_source is no rigid motion; remove scale, shear and mirroring", path.display())
+    })
 }
 
 #[cfg(test)]
@@ -63,7 +66,8 @@ mod tests {
         let (matrix, result) = (folder.path().join("a.xf"), folder.path().join("a.json"));
         write_pose(&matrix, &expected).unwrap();
         let rows = congruent_geometry::to_rows(&expected);
-        std::fs::write(&result, serde_json::json!({ "verdict": "ok", "target_from_source": rows }).to_string()).unwrap();
+        std::fs::write(&result, serde_json::json!({ "verdict": "ok", "target_from_source": rows }).to_string())
+            .unwrap();
         for path in [&matrix, &result] {
             assert_eq!(pose(path).unwrap(), expected);
         }

@@ -223,7 +223,11 @@ impl Report {
             };
             line(
                 "uncertainty",
-                format!("good to {:.2}° and {} data units (1σ){but}", known.rotation_deg, two_digits(known.translation)),
+                format!(
+                    "good to {:.2}° and {} data units (1σ){but}",
+                    known.rotation_deg,
+                    two_digits(known.translation)
+                ),
             );
         }
         line(

@@ -1,14 +1,12 @@
 //! One attempt: every stage of the chain once, in order.
 
 use crate::preparation::sample;
-use crate::ranking::{Ranked, Ranking};
 use crate::prior::Bounds;
+use crate::ranking::{Ranked, Ranking};
 use crate::refining::drawn_in;
 use crate::stage::Clock;
 use crate::verdict::{Evident, Judgement, Significance};
-use crate::{
-    Agreement, Counts, Failure, Pair, PipelineConfig, RankingConfig, Signs, Stage, Trace, stages,
-};
+use crate::{Agreement, Counts, Failure, Pair, PipelineConfig, RankingConfig, Signs, Stage, Trace, stages};
 use congruent_descriptors::Features;
 use congruent_estimators::Hypothesis;
 use congruent_geometry::{Oriented, RigidTransform, Scan, Surface};
@@ -173,7 +171,8 @@ impl Chain<'_, '_> {
     /// The pose that the surfaces prefer, refined.
     fn chosen(&mut self, prepared: &Prepared, pool: &[Hypothesis]) -> Chosen {
         let RankingConfig::Dense(dense) = &self.config.ranking else {
-            let Refinement { target_from_source, uncertainty, .. } = self.refined(prepared, &pool[0].target_from_source);
+            let Refinement { target_from_source, uncertainty, .. } =
+                self.refined(prepared, &pool[0].target_from_source);
             return Chosen { target_from_source, uncertainty, ranked: None, others: Vec::new() };
         };
         let resolution = self.resolution;

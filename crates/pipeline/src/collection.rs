@@ -11,7 +11,9 @@ use crate::preparation::sample;
 use crate::prior::Bounds;
 use crate::register::{Attempt, escalated};
 use crate::stage::Clock;
-use crate::{BudgetConfig, Counts, Failure, Pair, PipelineConfig, Prior, Registration, SamplingConfig, Signs, Stage, Trace};
+use crate::{
+    BudgetConfig, Counts, Failure, Pair, PipelineConfig, Prior, Registration, SamplingConfig, Signs, Stage, Trace,
+};
 use crate::{VoxelGridConfig, stages};
 use congruent_descriptors::{DescriptorConfig, Features};
 use congruent_geometry::{Length, Oriented, Scan, Surface};
@@ -185,16 +187,15 @@ impl Collection {
         }
         let counts = Counts { points: scans.map(|scan| scan.points), ..Counts::default() };
         let (raw_resolution, resolution) = (self.raw_resolution, self.resolutions[budget]);
-        let mut chain = Chain { config, bounds, proposals: Proposals::Searched, clock, counts, raw_resolution, resolution };
+        let mut chain =
+            Chain { config, bounds, proposals: Proposals::Searched, clock, counts, raw_resolution, resolution };
         let mut trace = Trace::default();
         let outcome = described(&scans).and_then(|both| {
             chain.counts.sampled = both.map(|scan| scan.surface.len());
             chain.counts.keypoints = both.map(|scan| scan.keypoints.len());
             chain.counts.described = both.map(|scan| scan.features.len());
-            let prepared = Prepared {
-                surfaces: both.map(|scan| scan.surface.clone()),
-                oriented: both.map(|scan| scan.oriented),
-            };
+            let prepared =
+                Prepared { surfaces: both.map(|scan| scan.surface.clone()), oriented: both.map(|scan| scan.oriented) };
             trace.features = both.map(|scan| scan.features.clone());
             chain.answered(&prepared, &mut trace)
         });

@@ -44,7 +44,9 @@ pub enum Failure {
         log10_false_alarms: f64,
     },
     /// No pose that the prior leaves is to be believed.
-    #[error("no pose within the bounds is to be believed, and none beyond them was looked for: {within}; wider bounds, or none, may help")]
+    #[error(
+        "no pose within the bounds is to be believed, and none beyond them was looked for: {within}; wider bounds, or none, may help"
+    )]
     OutOfBounds {
         /// What is wrong with the best pose within.
         within: Box<Failure>,

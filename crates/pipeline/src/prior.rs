@@ -45,10 +45,8 @@ impl Prior {
             let shift = pose * nalgebra::Point3::from(origins.source) - nalgebra::Point3::from(origins.target);
             guess.target_from_source = RigidTransform::from_parts(Translation3::from(shift), pose.rotation);
         }
-        bounds.guess = bounds.guess.map(|guess| Guess {
-            target_from_source: level(&guess.target_from_source, self.up),
-            ..guess
-        });
+        bounds.guess =
+            bounds.guess.map(|guess| Guess { target_from_source: level(&guess.target_from_source, self.up), ..guess });
         bounds
     }
 }
@@ -153,10 +151,8 @@ mod tests {
     fn levelled_poses_turn_about_up_alone_and_much_tilt_is_refused() {
         let up = Unit::new_normalize(Vector3::new(0.1, -0.2, 1.0));
         let bounds = Prior { guess: None, up: Some(up) }.bounds(&Pair::default());
-        let yaw = RigidTransform::from_parts(
-            Translation3::new(1.0, 2.0, 3.0),
-            UnitQuaternion::from_axis_angle(&up, 2.5),
-        );
+        let yaw =
+            RigidTransform::from_parts(Translation3::new(1.0, 2.0, 3.0), UnitQuaternion::from_axis_angle(&up, 2.5));
         let tilted = RigidTransform::from_parts(
             yaw.translation,
             UnitQuaternion::from_scaled_axis(Vector3::new(0.1, 0.0, 0.0)) * yaw.rotation,

@@ -4,8 +4,8 @@ use crate::chain::{Answer, Chain, Proposals};
 use crate::prior::Bounds;
 use crate::stage::Clock;
 use crate::{
-    Counts, EscalationStep, Failure, Pair, PipelineConfig, Prior, RankingConfig, Registration, SamplingConfig, Signs, Stage,
-    Trace, Verdict,
+    Counts, EscalationStep, Failure, Pair, PipelineConfig, Prior, RankingConfig, Registration, SamplingConfig, Signs,
+    Stage, Trace, Verdict,
 };
 use congruent_geometry::{Oriented, RigidTransform, Scan, uncentred};
 use congruent_refinement::Uncertainty;
@@ -125,7 +125,10 @@ impl Attempt {
             log10_false_alarms: answer.as_ref().map(|answer| answer.log10_false_alarms),
             views: answer.as_ref().map(|answer| views(&answer.oriented, origins)),
             hold: answer.as_ref().map(|answer| answer.hold),
-            uncertainty: answer.as_ref().and_then(|answer| answer.uncertainty.clone()).map(|known| placed(known, &origins.target)),
+            uncertainty: answer
+                .as_ref()
+                .and_then(|answer| answer.uncertainty.clone())
+                .map(|known| placed(known, &origins.target)),
             agreement: answer.and_then(|answer| answer.agreement),
             counts: self.counts,
             raw_resolution: self.raw_resolution,

@@ -2,9 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use congruent_geometry::{Length, RawScan, RigidTransform, Scan, angle_between, mean_displacement};
-use congruent_pipeline::{
-    Failure, Guess, Pair, PipelineConfig, Prior, Registration, Verdict, refine, register_traced,
-};
+use congruent_pipeline::{Failure, Guess, Pair, PipelineConfig, Prior, Registration, Verdict, refine, register_traced};
 use congruent_simulation::nuisances::moved;
 use congruent_simulation::pair::{PairOptions, ScanPair, figurine_pair};
 use congruent_simulation::scanner::{RangeNoise, VirtualScanner, look_at};
@@ -17,11 +15,8 @@ fn run(source: &RawScan, target: &RawScan, prior: &Prior) -> Registration {
 }
 
 fn guess(target_from_source: RigidTransform, degrees: f64, translation: Length) -> Prior {
-    let guess = Guess {
-        target_from_source,
-        max_rotation: Some(degrees.to_radians()),
-        max_translation: Some(translation),
-    };
+    let guess =
+        Guess { target_from_source, max_rotation: Some(degrees.to_radians()), max_translation: Some(translation) };
     Prior { guess: Some(guess), up: None }
 }
 

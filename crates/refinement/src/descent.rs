@@ -64,18 +64,14 @@ impl Schedule {
         let (pose, equations) = if kept { (end, after) } else { (*start, before) };
         let mut refinement = refinement(pose, &equations);
         if kept {
-            refinement.uncertainty = uncertainty(&self.pairing(scene, &pose, self.end_radius), self.stride(scene), self.freedom);
+            refinement.uncertainty =
+                uncertainty(&self.pairing(scene, &pose, self.end_radius), self.stride(scene), self.freedom);
         }
         refinement
     }
 
     /// Moves, and nothing else.
-    pub(crate) fn descend(
-        &self,
-        scene: Scene<'_>,
-        distance: &impl Distance,
-        start: &RigidTransform,
-    ) -> RigidTransform {
+    pub(crate) fn descend(&self, scene: Scene<'_>, distance: &impl Distance, start: &RigidTransform) -> RigidTransform {
         let reach = scene.source.points().iter().map(|p| wide(*p).norm()).fold(0.0, f64::max);
         let stride = self.stride(scene);
         let mut pose = *start;

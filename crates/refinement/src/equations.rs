@@ -1,8 +1,8 @@
 //! Normal equations of a small rigid motion, summed over touching pairs.
 
-use crate::{Freedom, Hold};
 use crate::pairing::Touch;
 use crate::uncertainty::scaled;
+use crate::{Freedom, Hold};
 use congruent_geometry::RigidTransform;
 use nalgebra::{Matrix3, Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
 use std::ops::SubAssign;

@@ -6,9 +6,7 @@ use congruent_geometry::{
     NearestField, NeighborIndex, Neighborhood, Orientation, Point, RigidTransform, Surface, angle_between,
     estimate_normals, mean_displacement, narrow, orient,
 };
-use congruent_refinement::{
-    Freedom, GicpConfig, Nearest, PointToPlaneConfig, RefinementConfig, Refiner, Schedule,
-};
+use congruent_refinement::{Freedom, GicpConfig, Nearest, PointToPlaneConfig, RefinementConfig, Refiner, Schedule};
 use nalgebra::{Unit, Vector3};
 
 /// A sheet over a square of side 60, a point in each unit square, each with noise along the vertical.
@@ -140,9 +138,8 @@ fn closest_points_may_come_from_a_grid() {
     let (source, target) = (sheet(bumpy, 1, 0.0), sheet(bumpy, 1, 0.0));
     let field = NearestField::new(target.points(), 0.5, 6.0);
     let planes = PointToPlaneConfig::default().build(1.0);
-    let wide = congruent_refinement::PointToPlane {
-        schedule: Schedule { start_radius: 6.0, rounds: 40, ..planes.schedule },
-    };
+    let wide =
+        congruent_refinement::PointToPlane { schedule: Schedule { start_radius: 6.0, rounds: 40, ..planes.schedule } };
     for nearest in [target.index() as &dyn Nearest, &field] {
         let pose = wide.descend(&source, &target, nearest, &start());
         let error = mean_displacement(source.points(), &pose, &RigidTransform::identity());

@@ -33,7 +33,9 @@ pub(crate) struct LevelArgs {
 
 fn degrees(text: &str) -> Result<f64, String> {
     let angle: Option<f64> = text.parse().ok();
-    angle.filter(|v| *v >= 0.0 && *v <= 180.0).ok_or_else(|| "write an angle of 0 to 180 degrees, for instance 15".to_owned())
+    angle
+        .filter(|v| *v >= 0.0 && *v <= 180.0)
+        .ok_or_else(|| "write an angle of 0 to 180 degrees, for instance 15".to_owned())
 }
 
 fn length(text: &str) -> Result<Length, String> {
@@ -43,5 +45,9 @@ fn length(text: &str) -> Result<Length, String> {
 fn direction(text: &str) -> Result<[f64; 3], String> {
     let axis = coordinates(text)?;
     let long = axis.iter().map(|v| v * v).sum::<f64>();
-    if long > 0.0 && long.is_finite() { Ok(axis) } else { Err("an axis must have a direction, for instance 0,0,1".to_owned()) }
+    if long > 0.0 && long.is_finite() {
+        Ok(axis)
+    } else {
+        Err("an axis must have a direction, for instance 0,0,1".to_owned())
+    }
 }

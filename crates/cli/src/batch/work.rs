@@ -137,7 +137,10 @@ impl Work<'_> {
             let centre = first.as_ref().map_err(Clone::clone)?.centre;
             second.as_ref().map_err(Clone::clone)?;
             let collection = self.survey.collection.as_ref().expect("usable scans make a collection");
-            Ok((collection.register(Pair { source: &source, target: &target }, (seed, &Prior::default()), &observe)?, centre))
+            Ok((
+                collection.register(Pair { source: &source, target: &target }, (seed, &Prior::default()), &observe)?,
+                centre,
+            ))
         });
         match registered {
             Ok(Ok((registration, centre))) => Row::done(pair, made_with, start.elapsed(), (&registration, centre)),

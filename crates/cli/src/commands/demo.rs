@@ -36,12 +36,10 @@ pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
         100.0 * pair.overlap
     ));
 
-    let aligned = align(
-        Pair { source: &source, target: &target },
-        Pair::default(),
-        &args.run,
-        &|scans, config, observe| register_traced(scans, &Prior::default(), config, observe),
-    )?;
+    let aligned =
+        align(Pair { source: &source, target: &target }, Pair::default(), &args.run, &|scans, config, observe| {
+            register_traced(scans, &Prior::default(), config, observe)
+        })?;
     output::data(&aligned.report.summary());
     write_file(&directory.join("result.json"), format!("{}\n", aligned.report.json()).as_bytes())?;
     let right = judge(&aligned, &pair.target_from_source)?;
