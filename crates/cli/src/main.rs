@@ -9,6 +9,7 @@ mod batch;
 mod calibration;
 mod commands;
 mod configuration;
+mod guess;
 mod layers;
 mod output;
 mod progress;

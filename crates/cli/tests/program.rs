@@ -33,6 +33,7 @@ fn help_is_as_it_was() {
     for command in [
         vec!["--help"],
         vec!["align", "--help"],
+        vec!["refine", "--help"],
         vec!["batch", "--help"],
         vec!["merge", "--help"],
         vec!["inspect", "--help"],
@@ -102,6 +103,28 @@ fn json_is_equal_to_the_byte_on_any_number_of_threads() {
         };
         let one = on("1");
         assert!(one == on("2") && one == on("4"), "{preset}");
+    }
+}
+
+#[test]
+fn a_result_can_be_refined_and_bounds_need_a_guess() {
+    let (folder, _) = demo();
+    let (source, target, result) =
+        (path(&folder, "source.ply"), path(&folder, "target.ply"), path(&folder, "result.json"));
+    let refined = congruent(&["refine", &source, &target, "--init", &result, "--json"]);
+    assert_eq!(refined.status.code(), Some(0), "{}", stderr(&refined));
+    let value: serde_json::Value = serde_json::from_str(&stdout(&refined)).unwrap();
+    assert!(value["verdict"] == "ok" && value["uncertainty"]["rotation_deg"].as_f64().unwrap() < 0.5, "{value}");
+    let summary = stdout(&congruent(&["refine", &source, &target, "--init", &result]));
+    assert!(summary.contains("uncertainty  good to 0."), "{summary}");
+    // The scans are forty degrees apart.
+    let bounds = ["--init", "identity", "--max-rotation", "5", "--max-translation", "20pr"];
+    let bounded = congruent(&[&["align", &source, &target][..], &bounds].concat());
+    assert_eq!(bounded.status.code(), Some(1));
+    assert!(stdout(&bounded).contains("within the bounds"), "{}", stdout(&bounded));
+    for wrong in [&["--max-rotation", "5"][..], &["--up", "0,0,1"], &["--init", "none.txt"]] {
+        let output = congruent(&[&["align", &source, &target][..], wrong].concat());
+        assert_eq!(output.status.code(), Some(2), "{wrong:?}");
     }
 }
 

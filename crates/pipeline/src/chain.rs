@@ -4,13 +4,13 @@ use crate::memory::{Memory, Sampled, Setting};
 use crate::preparation::sample;
 use crate::prior::Bounds;
 use crate::ranking::{Ranked, Ranking};
-use crate::refining::{drawn_in, refined};
+use crate::refining::drawn_in;
 use crate::stage::Clock;
 use crate::verdict::{Evident, Judgement, Significance};
 use crate::{Agreement, Counts, Failure, Pair, PipelineConfig, RankingConfig, Signs, Stage, Trace, stages};
 use congruent_descriptors::Features;
 use congruent_estimators::Hypothesis;
-use congruent_geometry::{Oriented, Point, RigidTransform, Scan, Surface};
+use congruent_geometry::{Oriented, RigidTransform, Scan, Surface};
 use congruent_keypoints::Keypoint;
 use congruent_matching::Correspondence;
 use congruent_metrics::Evidence;
@@ -37,12 +37,10 @@ pub(crate) struct Answer {
 
 /// Surfaces and what they came from.
 #[derive(Clone)]
-pub(crate) struct Prepared<'p> {
+pub(crate) struct Prepared {
     pub(crate) surfaces: Pair<Surface>,
     /// How their normals were oriented.
     pub(crate) oriented: Pair<Oriented>,
-    /// The scans as they came, centred.
-    pub(crate) points: Pair<&'p [Point]>,
 }
 
 /// Where poses come from.
@@ -55,11 +53,11 @@ pub(crate) enum Proposals {
 }
 
 /// One attempt and what it has noted so far.
-pub(crate) struct Chain<'a, 'c, 'p> {
+pub(crate) struct Chain<'a, 'c> {
     pub(crate) config: &'a PipelineConfig,
     pub(crate) bounds: &'a Bounds,
     pub(crate) proposals: Proposals,
-    pub(crate) memory: &'a mut Memory<'p>,
+    pub(crate) memory: &'a mut Memory,
     pub(crate) clock: &'a mut Clock<'c>,
     pub(crate) signs: Signs,
     pub(crate) counts: Counts,
@@ -67,9 +65,9 @@ pub(crate) struct Chain<'a, 'c, 'p> {
     pub(crate) resolution: f64,
 }
 
-impl<'p> Chain<'_, '_, 'p> {
+impl Chain<'_, '_> {
     /// `None` where the attempt would only repeat an earlier one. What the stages make is left in `trace`.
-    pub(crate) fn run(&mut self, scans: &Pair<&'p Scan>, trace: &mut Trace) -> Option<Result<Answer, Failure>> {
+    pub(crate) fn run(&mut self, scans: &Pair<&Scan>, trace: &mut Trace) -> Option<Result<Answer, Failure>> {
         let prepared = match self.prepared(scans) {
             Ok(prepared) => prepared?,
             Err(failure) => return Some(Err(failure)),
@@ -79,13 +77,13 @@ impl<'p> Chain<'_, '_, 'p> {
         Some(outcome)
     }
 
-    fn registered(&mut self, prepared: &Prepared<'_>, trace: &mut Trace) -> Result<Answer, Failure> {
+    fn registered(&mut self, prepared: &Prepared, trace: &mut Trace) -> Result<Answer, Failure> {
         (trace.keypoints, trace.features) = self.described(&prepared.surfaces);
         self.answered(prepared, trace)
     }
 
     /// From descriptors, which are in the trace, to an answer.
-    pub(crate) fn answered(&mut self, prepared: &Prepared<'_>, trace: &mut Trace) -> Result<Answer, Failure> {
+    pub(crate) fn answered(&mut self, prepared: &Prepared, trace: &mut Trace) -> Result<Answer, Failure> {
         let surfaces = &prepared.surfaces;
         trace.matches = self.matches(&trace.features)?;
         let evidence = self.evidence(surfaces, &trace.matches);
@@ -95,7 +93,7 @@ impl<'p> Chain<'_, '_, 'p> {
     }
 
     /// Nothing where there are no signs to turn.
-    fn prepared(&mut self, scans: &Pair<&'p Scan>) -> Result<Option<Prepared<'p>>, Failure> {
+    fn prepared(&mut self, scans: &Pair<&Scan>) -> Result<Option<Prepared>, Failure> {
         let known = self.memory.prepared.get(&self.config.sampling);
         let sampled = match known {
             Some(known) => known,
@@ -111,7 +109,7 @@ impl<'p> Chain<'_, '_, 'p> {
         Ok(sampled.prepared.with_signs(self.signs))
     }
 
-    fn sampled(&mut self, scans: &Pair<&'p Scan>) -> Result<Sampled<'p>, Failure> {
+    fn sampled(&mut self, scans: &Pair<&Scan>) -> Result<Sampled, Failure> {
         let config = self.config;
         let sampled = self
             .clock
@@ -119,8 +117,7 @@ impl<'p> Chain<'_, '_, 'p> {
         let (raw_resolution, resolution) = (sampled.raw_resolution, sampled.resolution);
         let both = self.clock.time(Stage::Normals, || stages::normals(sampled.clouds, config, resolution));
         let (surfaces, oriented) = Pair::of_two(both).unzip();
-        let points = Pair { source: scans.source.points(), target: scans.target.points() };
-        Ok(Sampled { prepared: Prepared { surfaces, oriented, points }, raw_resolution, resolution })
+        Ok(Sampled { prepared: Prepared { surfaces, oriented }, raw_resolution, resolution })
     }
 
     fn described(&mut self, surfaces: &Pair<Surface>) -> (Pair<Vec<Keypoint>>, Pair<Features>) {
@@ -194,7 +191,7 @@ impl<'p> Chain<'_, '_, 'p> {
     }
 
     /// The pose that the surfaces prefer, refined.
-    fn chosen(&mut self, prepared: &Prepared<'_>, pool: &[Hypothesis]) -> Chosen {
+    fn chosen(&mut self, prepared: &Prepared, pool: &[Hypothesis]) -> Chosen {
         let RankingConfig::Dense(dense) = &self.config.ranking else {
             let Refinement { target_from_source, uncertainty, .. } =
                 self.refined(prepared, &pool[0].target_from_source);
@@ -219,12 +216,12 @@ impl<'p> Chain<'_, '_, 'p> {
         }
     }
 
-    /// The scans as they came, on each other; the start where that leads out of bounds.
-    fn refined(&mut self, prepared: &Prepared<'_>, pose: &RigidTransform) -> Refinement {
+    /// The surfaces, laid on each other exactly; the start where that leads out of bounds. The centroids of a grid have
+    /// seen all points, and less noise than any of them.
+    fn refined(&mut self, prepared: &Prepared, pose: &RigidTransform) -> Refinement {
         let refiner = self.config.refinement.build(self.resolution, self.bounds.freedom());
-        let refined = self
-            .clock
-            .time(Stage::Refinement, || refined(&prepared.points, &prepared.surfaces, refiner.as_ref(), pose));
+        let Pair { source, target } = &prepared.surfaces;
+        let refined = self.clock.time(Stage::Refinement, || refiner.refine(source, target, pose));
         match self.bounds.admitted(&refined.target_from_source, self.resolution) {
             Some(target_from_source) => Refinement { target_from_source, ..refined },
             None => Refinement { target_from_source: *pose, uncertainty: None, ..refined },
@@ -242,7 +239,7 @@ impl<'p> Chain<'_, '_, 'p> {
         if self.bounds.are_open() { failure } else { Failure::OutOfBounds { within: Box::new(failure) } }
     }
 
-    fn judged(&mut self, chosen: &Chosen, prepared: &Prepared<'_>, evidence: &Evidence) -> Answer {
+    fn judged(&mut self, chosen: &Chosen, prepared: &Prepared, evidence: &Evidence) -> Answer {
         let surfaces = &prepared.surfaces;
         let (config, resolution) = (self.config, self.resolution);
         let metric = config.metric.build(resolution, stages::clouds(surfaces));
@@ -284,7 +281,7 @@ fn guessed(bounds: &Bounds, surfaces: &Pair<Surface>, resolution: f64) -> Vec<Ri
     drawn.into_iter().chain([guess]).collect()
 }
 
-impl Prepared<'_> {
+impl Prepared {
     /// With the signs that an attempt asks for; nothing where there is nothing to turn.
     fn with_signs(self, signs: Signs) -> Option<Self> {
         let turned = signs.turned(&self.oriented)?;

@@ -17,7 +17,7 @@ use crate::{
 };
 use crate::{VoxelGridConfig, stages};
 use congruent_descriptors::{DescriptorConfig, Features};
-use congruent_geometry::{Length, Oriented, Point, Scan, Surface};
+use congruent_geometry::{Length, Oriented, Scan, Surface};
 use congruent_keypoints::Keypoint;
 use nalgebra::Vector3;
 use std::sync::Arc;
@@ -55,8 +55,8 @@ pub struct Variant {
 
 /// A scan, sampled, with keypoints and descriptors; or why that could not be done.
 pub struct DescribedScan {
-    /// The scan as it came, centred: the last refinement works on it.
-    points: Vec<Point>,
+    /// Points as they came.
+    points: usize,
     origin: Vector3<f64>,
     described: Result<Described, Failure>,
 }
@@ -108,7 +108,7 @@ impl Collection {
     #[must_use]
     pub fn describe(&self, scan: &Scan, variant: Variant) -> DescribedScan {
         let described = self.described(scan, variant);
-        DescribedScan { points: scan.points().to_vec(), origin: *scan.origin(), described }
+        DescribedScan { points: scan.points().len(), origin: *scan.origin(), described }
     }
 
     fn described(&self, scan: &Scan, variant: Variant) -> Result<Described, Failure> {
@@ -171,7 +171,7 @@ impl Collection {
         bounds: &Bounds,
         config: &PipelineConfig,
         signs: Signs,
-        memory: &mut Memory<'_>,
+        memory: &mut Memory,
         clock: &mut Clock<'_>,
     ) -> Result<Option<Attempt>, E> {
         let budget =
@@ -188,7 +188,7 @@ impl Collection {
             };
             scans = supplied(supply, turned.into_map(|turned| Variant { turned, ..kept }), clock)?;
         }
-        let counts = Counts { points: scans.map(|scan| scan.points.len()), ..Counts::default() };
+        let counts = Counts { points: scans.map(|scan| scan.points), ..Counts::default() };
         let (raw_resolution, resolution) = (self.raw_resolution, self.resolutions[budget]);
         let proposals = Proposals::Searched;
         let mut chain = Chain { config, bounds, proposals, memory, clock, signs, counts, raw_resolution, resolution };
@@ -197,11 +197,8 @@ impl Collection {
             chain.counts.sampled = both.map(|scan| scan.surface.len());
             chain.counts.keypoints = both.map(|scan| scan.keypoints.len());
             chain.counts.described = both.map(|scan| scan.features.len());
-            let prepared = Prepared {
-                surfaces: both.map(|scan| scan.surface.clone()),
-                oriented: both.map(|scan| scan.oriented),
-                points: Pair { source: &scans.source.points, target: &scans.target.points },
-            };
+            let prepared =
+                Prepared { surfaces: both.map(|scan| scan.surface.clone()), oriented: both.map(|scan| scan.oriented) };
             trace.features = both.map(|scan| scan.features.clone());
             chain.answered(&prepared, &mut trace)
         });
@@ -217,10 +214,9 @@ impl DescribedScan {
     pub fn bytes(&self) -> usize {
         /// A point, its normal, and its place in the index.
         const POINT: usize = 48;
-        let described = self.described.as_ref().map_or(0, |d| {
+        self.described.as_ref().map_or(0, |d| {
             POINT * d.surface.len() + 4 * d.features.rows.len() + size_of::<Keypoint>() * d.keypoints.len()
-        });
-        described + size_of::<Point>() * self.points.len()
+        })
     }
 
     /// The mean of all descriptors, in single length: a rough word on what the scan shows. Empty where there are none.

@@ -8,17 +8,17 @@ use congruent_matching::Correspondence;
 
 /// What has been made for one pair so far. Of the settings only those are looked at that an escalation can change.
 #[derive(Default)]
-pub(crate) struct Memory<'p> {
+pub(crate) struct Memory {
     /// By sampling; with the signs of the normals as they were settled.
-    pub(crate) prepared: Known<SamplingConfig, Sampled<'p>>,
+    pub(crate) prepared: Known<SamplingConfig, Sampled>,
     pub(crate) described: Known<Setting, (Pair<Vec<Keypoint>>, Pair<Features>)>,
     pub(crate) matches: Known<Setting, Vec<Correspondence>>,
 }
 
 /// Surfaces and the lengths that go with them.
 #[derive(Clone)]
-pub(crate) struct Sampled<'p> {
-    pub(crate) prepared: Prepared<'p>,
+pub(crate) struct Sampled {
+    pub(crate) prepared: Prepared,
     pub(crate) raw_resolution: f64,
     pub(crate) resolution: f64,
 }

@@ -72,12 +72,12 @@ pub(crate) struct Attempt {
 }
 
 /// One run of the chain; `None` where it would only repeat an earlier one.
-pub(crate) fn attempt<'p>(
-    scans: &Pair<&'p Scan>,
+pub(crate) fn attempt(
+    scans: &Pair<&Scan>,
     (bounds, proposals): (&Bounds, Proposals),
     config: &PipelineConfig,
     signs: Signs,
-    memory: &mut Memory<'p>,
+    memory: &mut Memory,
     clock: &mut Clock<'_>,
 ) -> Option<Attempt> {
     let counts = Counts { points: scans.map(|scan| scan.points().len()), ..Counts::default() };

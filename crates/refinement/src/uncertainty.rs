@@ -2,8 +2,8 @@
 //!
 //! `σ² (JᵀWJ)⁻¹` holds for independent distances. Those of neighbouring points are not: they share target points and
 //! normals. So the scatter of the forces that pull at the pose is taken between patches of the surface instead of points,
-//! within which they may depend on each other as they like: `H⁻¹ (Σ g gᵀ) H⁻¹` with `H = JᵀWJ` and *g* the sum of
-//! `w d J` over a patch (White 1980; Liang and Zeger 1986).
+//! within which they may depend on each other as they like: `H⁻¹ (Σ g gᵀ) H⁻¹` with *g* the sum of `w d J` over a patch and
+//! *H* its derivative (White 1980; Liang and Zeger 1986).
 
 use crate::Freedom;
 use crate::equations::{Equations, MIN_STIFFNESS, row};
@@ -72,11 +72,11 @@ pub(crate) fn uncertainty(pairing: &Pairing<'_>, stride: usize, freedom: Freedom
     }
     let few = pulls.len() as f64 / (pulls.len() - UNKNOWNS) as f64;
     let scatter = pulls.iter().map(|pull| pull * pull.transpose()).sum::<Matrix6<f64>>() * few;
-    // In the basis the information is the stiffness times the weight, and that of free directions is of no account.
     let hold = equations.hold(freedom);
     let n_free = hold.n_free(MIN_STIFFNESS);
-    let softness = |i: usize| if i < n_free { 0.0 } else { 1.0 / (hold.stiffness[i] * equations.weight) };
-    let inverse = basis * Matrix6::from_diagonal(&Vector6::from_fn(|i, _| softness(i)));
+    let mut stiffness = stiffness(&touches, &basis, &middle);
+    (0..n_free).for_each(|i| stiffness[(i, i)] = 1.0);
+    let inverse = basis * stiffness.cholesky()?.inverse();
     let covariance = inverse * scatter * inverse.transpose();
     // Motions that are not allowed are no free directions.
     let allowed = hold.motions.iter().take(n_free).map(|motion| freedom.projection() * motion);
@@ -90,6 +90,16 @@ pub(crate) fn scaled(motion: &Vector6<f64>, spread: f64) -> Vector6<f64> {
     let mut motion = *motion;
     motion.fixed_rows_mut::<3>(0).scale_mut(1.0 / spread.max(f64::MIN_POSITIVE));
     motion
+}
+
+/// How the pulls change along the motions of the basis: with the derivative `w (2w − 1)` of Cauchy's `w d`, not with the
+/// weight itself, because a robust weight falls as its distance grows.
+fn stiffness(touches: &[Touch], basis: &Matrix6<f64>, middle: &Vector3<f64>) -> Matrix6<f64> {
+    let change = |touch: &Touch| {
+        let row = basis.transpose() * row(&(touch.moved - middle), &touch.normal);
+        row * row.transpose() * (touch.weight * (2.0 * touch.weight - 1.0))
+    };
+    touches.iter().map(change).sum()
 }
 
 /// What each patch pulls at each motion of the basis, in an order that depends on the points' order alone.

@@ -6,14 +6,16 @@ mod calibrate;
 mod config;
 mod evaluation;
 mod files;
+mod prior;
 mod stages;
 
-pub(crate) use align::{AlignArgs, DemoArgs};
+pub(crate) use align::{AlignArgs, DemoArgs, RefineArgs, ResultArgs, ViewpointArgs};
 pub(crate) use batch::{BatchArgs, MergeArgs, PairChoice};
 pub(crate) use calibrate::CalibrateArgs;
 pub(crate) use config::ConfigCommand;
 pub(crate) use evaluation::{DatasetArgs, EvaluateArgs, ExperimentArgs, PageArgs, SimulateArgs, SimulatedKind};
 pub(crate) use files::{ConvertArgs, InspectArgs};
+pub(crate) use prior::{LevelArgs, PriorArgs};
 pub(crate) use stages::{DescribeArgs, EstimateArgs, KeypointsArgs, MatchArgs, StageArgs};
 
 use clap::{Args as ClapArgs, Parser, Subcommand};
@@ -36,6 +38,11 @@ pub(crate) struct Args {
 pub(crate) enum Command {
     /// Find the pose that maps SOURCE into the frame of TARGET
     Align(AlignArgs),
+    /// Make a rough pose exact, and say whether to believe it; nothing is searched for
+    ///
+    /// The pose is drawn in from up to 15 pr, from coarse to fine. The verdict is that of align, from the surfaces and from
+    /// how many of their correspondences agree; it is never ambiguous, because no other pose is looked at.
+    Refine(RefineArgs),
     /// Register many pairs of scans: a folder, a table of pairs, or a dataset (JSONL and CSV, one row a pair)
     ///
     /// INPUT is a folder of scans, a table of pairs (CSV or JSONL: source,target and optionally id and the true pose), or a

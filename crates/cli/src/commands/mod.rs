@@ -13,6 +13,7 @@ mod inspect;
 mod keypoints;
 mod matching;
 mod pages;
+mod refine;
 mod show;
 mod simulate;
 mod stages;
@@ -28,6 +29,7 @@ use std::process::ExitCode;
 pub(crate) fn run(args: Args) -> Result<ExitCode> {
     match args.command {
         Command::Align(args) => align::run(&args),
+        Command::Refine(args) => refine::run(&args),
         Command::Batch(args) => batch::run(&args),
         Command::Merge(args) => batch::merge(&args),
         Command::Keypoints(args) => keypoints::run(&args),
