@@ -84,6 +84,8 @@ pub struct Benchmark {
     seed: u64,
     /// Of the scenes; empty for the other kinds.
     models: Vec<Mesh>,
+    /// What is scanned instead of figurines, if anything.
+    shapes: Vec<Mesh>,
 }
 
 /// What a sensor looks at.
@@ -104,9 +106,17 @@ impl Benchmark {
     /// Prepares what all groups share.
     #[must_use]
     pub fn new(kind: Kind, seed: u64) -> Self {
+        Benchmark::of_shapes(kind, seed, Vec::new())
+    }
+
+    /// The same with other shapes than figurines, taken in turn: scaled to the size of a figurine and centred. Shapes
+    /// without an extent are left out; where none is left, figurines are scanned.
+    #[must_use]
+    pub fn of_shapes(kind: Kind, seed: u64, shapes: Vec<Mesh>) -> Self {
+        let shapes: Vec<Mesh> = shapes.into_iter().filter_map(|mesh| mesh.fitted(FIGURINE_HEIGHT)).collect();
         let n_models = if kind.has_scenes() { MODELS } else { 0 };
-        let models = (0..n_models).into_par_iter().map(|model| figurine(shape_seed(seed, model))).collect();
-        Benchmark { kind, seed, models }
+        let models = (0..n_models).into_par_iter().map(|model| shape(&shapes, seed, model)).collect();
+        Benchmark { kind, seed, models, shapes }
     }
 
     /// The scans and pairs of one group. Few groups have no pairs.
@@ -117,7 +127,7 @@ impl Benchmark {
 
     /// One figurine from several sides.
     fn views(&self, group: u64) -> Group {
-        let mesh = figurine(shape_seed(self.seed, group));
+        let mesh = shape(&self.shapes, self.seed, group);
         let looks: Vec<Look> = (0..VIEWS)
             .into_par_iter()
             .map(|view| {
@@ -226,6 +236,14 @@ fn shape_seed(seed: u64, shape: u64) -> u64 {
     seed.wrapping_mul(1_000_003).wrapping_add(shape)
 }
 
+/// One of the given shapes, or a figurine where none is given.
+fn shape(shapes: &[Mesh], seed: u64, number: u64) -> Mesh {
+    match shapes {
+        [] => figurine(shape_seed(seed, number)),
+        some => some[number as usize % some.len()].clone(),
+    }
+}
+
 fn placed(mesh: &Mesh, place: &RigidTransform) -> Mesh {
     let points = mesh.points.iter().map(|&p| (place * Point3::from(p)).into()).collect();
     Mesh { points, triangles: mesh.triangles.clone() }
@@ -275,6 +293,25 @@ mod tests {
             }
             let overlaps: Vec<f64> = group.pairs.iter().map(|pair| pair.overlap).collect();
             assert!(kind.has_scenes() || overlaps.iter().all(|v| (MIN_OVERLAP..=1.0).contains(v)), "{overlaps:?}");
+        }
+    }
+
+    #[test]
+    fn other_shapes_are_scanned_in_turn_at_a_figurines_size() {
+        let tall = |height: f64| {
+            let mut mesh = figurine(1);
+            mesh.points.iter_mut().for_each(|p| *p = [p[0] * height + 5e3, p[1] * height, p[2] * height]);
+            mesh
+        };
+        let scans = |shapes: Vec<Mesh>| Benchmark::of_shapes(Kind::U3m, 3, shapes).group(1).scans;
+        let (small, large) = (scans(vec![tall(0.01)]), scans(vec![Mesh::default(), tall(70.0)]));
+        assert_eq!(small.len(), 8);
+        let extent = |scan: &RawScan| {
+            let z = || scan.points.iter().map(|p| p[0]);
+            z().fold(f64::NEG_INFINITY, f64::max) - z().fold(f64::INFINITY, f64::min)
+        };
+        for ((_, small), (_, large)) in small.iter().zip(&large) {
+            assert!((extent(small) / extent(large) - 1.0).abs() < 0.05 && small.points.len() > 10_000);
         }
     }
 
