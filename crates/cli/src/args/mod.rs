@@ -70,9 +70,9 @@ pub(crate) enum Command {
     ///
     /// All metrics and thresholds rank the same stream of hypotheses. Experiments: inliers (figure 5), iterations (figure
     /// 6), estimators (table 2), thresholds (figure 7), threshold-rmse (figure 8), threshold-iterations (figure 9), metrics
-    /// (figure 10), nuisances and variants (figures 12 and 13), time (figure 14); all runs them together, which takes little
-    /// longer than the longest. claims.md says which of the paper's claims hold. The chain is the preset paper, if no other
-    /// is named. Exit code 1 says that some pair was left out.
+    /// (figure 10), nuisances and variants (figures 12 and 13), time (figure 14); all runs them together and shares their
+    /// work. claims.md says which of the paper's claims hold. The chain is the preset paper, if no other is named. Exit code
+    /// 1 says that some pair was left out.
     Experiment(ExperimentArgs),
     /// Make a data set with exact truth
     Simulate(SimulateArgs),
