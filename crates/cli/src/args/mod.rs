@@ -71,15 +71,17 @@ pub(crate) enum Command {
     Estimate(EstimateArgs),
     /// Register all pairs of a data set and compare with the truth
     ///
-    /// DATASET is a folder with pairs.csv and scans/, a folder with a dataset.toml, or such a file. A killed run
+    /// A DATASET is a folder with pairs.csv and scans/, a folder with a dataset.toml, or such a file. A killed run
     /// resumes where it was: pairs that the directory already has for the same configuration are skipped. Exit code 1
-    /// says that some pair had a file that could not be used.
+    /// says that some pair had a file or a truth that could not be used.
     Evaluate(EvaluateArgs),
-    /// Run an experiment of the paper on a data set
+    /// Run experiments of the paper on data sets
     ///
-    /// All metrics and thresholds rank the same stream of hypotheses. Experiments: iterations (figure 6), estimators
-    /// (table 2), thresholds (figure 7), threshold-rmse (figure 8), metrics (figure 10), nuisances and variants
-    /// (figures 12 and 13), time (figure 14). The chain is the preset paper, if no other is named.
+    /// All metrics and thresholds rank the same stream of hypotheses. Experiments: inliers (figure 5), iterations (figure
+    /// 6), estimators (table 2), thresholds (figure 7), threshold-rmse (figure 8), threshold-iterations (figure 9), metrics
+    /// (figure 10), nuisances and variants (figures 12 and 13), time (figure 14); all runs them together and shares their
+    /// work. claims.md says which of the paper's claims hold. The chain is the preset paper, if no other is named. Exit code
+    /// 1 says that some pair was left out.
     Experiment(ExperimentArgs),
     /// Measure how far the confidence can be trusted, and fit its coefficients
     ///

@@ -84,6 +84,7 @@ fn unlisted(dataset: &Dataset) -> Vec<TruePair> {
                 found.push(TruePair {
                     source: source.to_owned(),
                     target: target.to_owned(),
+                    place: "other pairs".to_owned(),
                     source_file: source_file.to_owned(),
                     target_file: files[target].to_owned(),
                     overlap: None,
@@ -122,6 +123,7 @@ mod tests {
         TruePair {
             source: source.to_owned(),
             target: target.to_owned(),
+            place: String::new(),
             source_file: source.into(),
             target_file: target.into(),
             overlap: None,
@@ -132,7 +134,8 @@ mod tests {
     #[test]
     fn truths_are_chained_and_what_is_listed_or_apart_is_not_made_up() {
         let pairs = vec![pair("b", "a", 1.0), pair("c", "b", 10.0), pair("d", "c", 100.0), pair("y", "x", 5.0)];
-        let dataset = Dataset { name: "set".to_owned(), pairs, warnings: Vec::new() };
+        let dataset =
+            Dataset { name: "set".to_owned(), pairs, warnings: Vec::new(), broken: Vec::new(), min_overlap: 0.0 };
         let found: Vec<(String, String, f64)> = unlisted(&dataset)
             .into_iter()
             .map(|pair| (pair.source, pair.target, pair.target_from_source.translation.vector.x))

@@ -13,7 +13,8 @@ use std::process::ExitCode;
 pub(super) fn run(args: &EvaluateArgs, wanted: &str) -> Result<ExitCode> {
     let path = args.page.report.as_ref().context("--show needs --report FILE for its page")?;
     let selected = select(&args.dataset)?;
-    let pair = find(&selected.pairs, wanted)?;
+    let pairs: Vec<&TruePair> = selected.iter().flat_map(|set| &set.pairs).collect();
+    let pair = find(&pairs, wanted)?;
     let files = Pair { source: pair.source_file.as_path(), target: pair.target_file.as_path() };
     let ways: Vec<(String, RunArgs)> = match args.metrics.as_slice() {
         [] => vec![(String::new(), args.run.clone())],
@@ -37,13 +38,13 @@ pub(super) fn run(args: &EvaluateArgs, wanted: &str) -> Result<ExitCode> {
 }
 
 /// The pair of that name.
-fn find<'a>(pairs: &'a [TruePair], wanted: &str) -> Result<&'a TruePair> {
-    let name = |pair: &TruePair| format!("{},{}", pair.source, pair.target);
-    match pairs.iter().find(|pair| name(pair) == wanted) {
+fn find<'a>(pairs: &[&'a TruePair], wanted: &str) -> Result<&'a TruePair> {
+    let name = |pair: &&TruePair| format!("{},{}", pair.source, pair.target);
+    match pairs.iter().copied().find(|pair| name(pair) == wanted) {
         Some(pair) => Ok(pair),
         None => {
             let some: Vec<String> = pairs.iter().take(5).map(name).collect();
-            bail!("{wanted}: the data set has no such pair; there are {} pairs: {} …", pairs.len(), some.join(" "))
+            bail!("{wanted}: there is no such pair; there are {} pairs: {} …", pairs.len(), some.join(" "))
         }
     }
 }
