@@ -45,8 +45,8 @@ pub(crate) enum Command {
     Refine(RefineArgs),
     /// Register many pairs of scans: a folder, a table of pairs, or a dataset (JSONL and CSV, one row a pair)
     ///
-    /// INPUT is a folder of scans, a table of pairs (CSV or JSONL: source,target and optionally id and the true pose), or a
-    /// folder with pairs.csv and scans/. Each scan is described once, with one working length for all of them (the median of
+    /// INPUT is a folder of scans, a table of pairs (CSV, JSONL or, if built in, Parquet: source,target and optionally id and
+    /// the true pose), a folder with pairs.csv and scans/, or a dataset.toml. Each scan is described once, with one working length for all of them (the median of
     /// what the scans would have alone). A scan that cannot be used, or a pair that is given up, is a row with an error; the
     /// rest goes on. Exit code 1 says that there are such rows. A congruent.toml in the folder is used.
     Batch(BatchArgs),
