@@ -10,8 +10,17 @@ use congruent_simulation::shapes;
 use nalgebra::{Translation3, Unit, UnitQuaternion, Vector3};
 
 fn run(source: &RawScan, target: &RawScan, prior: &Prior) -> Registration {
+    run_with(source, target, prior, &PipelineConfig::default())
+}
+
+/// What nobody believes is not tried again and again.
+fn run_once(source: &RawScan, target: &RawScan, prior: &Prior) -> Registration {
+    run_with(source, target, prior, &PipelineConfig { escalation: Vec::new(), ..PipelineConfig::default() })
+}
+
+fn run_with(source: &RawScan, target: &RawScan, prior: &Prior, config: &PipelineConfig) -> Registration {
     let (source, target) = (Scan::new(source).unwrap(), Scan::new(target).unwrap());
-    register_traced(Pair { source: &source, target: &target }, prior, &PipelineConfig::default(), &|_| {}).0
+    register_traced(Pair { source: &source, target: &target }, prior, config, &|_| {}).0
 }
 
 fn guess(target_from_source: RigidTransform, degrees: f64, translation: Length) -> Prior {
@@ -66,7 +75,7 @@ fn a_guess_tells_the_sides_of_a_box_apart() {
 fn bounds_that_exclude_the_truth_fail_and_say_so() {
     let pair = figurine();
     let wrong = RigidTransform::rotation(Vector3::new(0.0, 1.5, 0.0)) * pair.target_from_source;
-    let found = run(&pair.source, &pair.target, &guess(wrong, 10.0, Length::Units(20.0)));
+    let found = run_once(&pair.source, &pair.target, &guess(wrong, 10.0, Length::Units(20.0)));
     assert!(matches!(found.verdict, Verdict::Failed(Failure::OutOfBounds { .. })), "{:?}", found.verdict);
     assert!(angle_between(&found.target_from_source.unwrap(), &wrong) <= 10f64.to_radians() + 1e-9);
     let Verdict::Failed(failure) = found.verdict else { return };
@@ -134,6 +143,6 @@ fn levelled_scans_of_a_room_are_turned_about_up_alone() {
     assert!((found.target_from_source.unwrap().rotation * up).angle(&up) < 1e-9);
     // Scans that are not level in truth are not forced: what stands upside down is out of bounds.
     let turned = RigidTransform::rotation(Vector3::x() * 1.2);
-    let lying = run(&moved(&source, &turned), &target, &Prior { guess: None, up: Some(Unit::new_normalize(*up)) });
+    let lying = run_once(&moved(&source, &turned), &target, &Prior { guess: None, up: Some(Unit::new_normalize(*up)) });
     assert!(!matches!(lying.verdict, Verdict::Ok), "{:?}", lying.verdict);
 }

@@ -40,6 +40,8 @@ struct Discs {
 }
 
 impl Distance for Discs {
+    const UNSEEN: f64 = 1.4;
+
     #[inline]
     fn add(&self, equations: &mut Equations, touch: &Touch) {
         equations.add_metric(touch, &metric(&touch.normal, &touch.turned, self.flatness));

@@ -49,6 +49,8 @@ impl PointToPlane {
 struct Planes;
 
 impl Distance for Planes {
+    const UNSEEN: f64 = 2.2;
+
     #[inline]
     fn add(&self, equations: &mut Equations, touch: &Touch) {
         equations.add_plane(touch);

@@ -51,6 +51,12 @@ impl Uncertainty {
         self.worst(3)
     }
 
+    /// With standard deviations this many times as large.
+    pub(crate) fn widened(mut self, factor: f64) -> Self {
+        self.covariance *= factor * factor;
+        self
+    }
+
     fn worst(&self, from: usize) -> f64 {
         let block = self.covariance.fixed_view::<3, 3>(from, from).into_owned();
         SymmetricEigen::new(block).eigenvalues.max().max(0.0).sqrt()
@@ -77,7 +83,9 @@ pub(crate) fn uncertainty(pairing: &Pairing<'_>, stride: usize, freedom: Freedom
     let mut stiffness = stiffness(&touches, &basis, &middle);
     (0..n_free).for_each(|i| stiffness[(i, i)] = 1.0);
     let inverse = basis * stiffness.cholesky()?.inverse();
-    let covariance = inverse * scatter * inverse.transpose();
+    // Where a start was kept that is no minimum, the step that was not made is uncertain too.
+    let missing = inverse * pulls.iter().sum::<Vector6<f64>>();
+    let covariance = inverse * scatter * inverse.transpose() + missing * missing.transpose();
     // Motions that are not allowed are no free directions.
     let allowed = hold.motions.iter().take(n_free).map(|motion| freedom.projection() * motion);
     let free_directions =
