@@ -83,10 +83,10 @@ impl Default for PipelineConfig {
     }
 }
 
-/// Few poses: where the scans share much, the right one is among the first.
+/// Few poses are refined: where the scans share much, the right one is among the first. As many as ever are looked at, so that
+/// equally good ones are not overlooked.
 fn quick() -> EscalationStep {
-    let estimator = EstimatorConfig::Pivots(PivotsConfig { pivots: 1000, ..PivotsConfig::default() });
-    EscalationStep { poses: Some(30), refined: Some(6), estimator: Some(estimator), ..EscalationStep::default() }
+    EscalationStep { refined: Some(10), ..EscalationStep::default() }
 }
 
 /// More points and poses, other radii, another descriptor, and at last the other side of unsure normals.
