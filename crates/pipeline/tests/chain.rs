@@ -21,10 +21,10 @@ use congruent_simulation::scanner::{RangeNoise, VirtualScanner};
 use congruent_simulation::shapes;
 use nalgebra::{Point3, Translation3, Vector3};
 
-/// The paper's chain; iterations are few, the simulated pair is easy.
 /// How far off a pose may be that three keypoints make and nothing refines, pr.
 const ROUGHLY: f64 = 6.0;
 
+/// The paper's chain; iterations are few, the simulated pair is easy.
 fn paper() -> PipelineConfig {
     PipelineConfig {
         sampling: SamplingConfig::VoxelGrid(VoxelGridConfig::default()),
