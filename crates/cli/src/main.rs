@@ -12,6 +12,7 @@ mod layers;
 mod output;
 mod picture;
 mod progress;
+mod reconstruct;
 mod result;
 mod rows;
 

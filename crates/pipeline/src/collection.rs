@@ -8,6 +8,7 @@
 
 use crate::chain::{Chain, Prepared};
 use crate::preparation::sample;
+use crate::refining::with_normals;
 use crate::register::{Attempt, escalated};
 use crate::stage::Clock;
 use crate::{BudgetConfig, Counts, Failure, Pair, PipelineConfig, Registration, SamplingConfig, Signs, Stage, Trace};
@@ -209,6 +210,26 @@ impl DescribedScan {
             POINT * d.surface.len() + 4 * d.features.rows.len() + size_of::<Keypoint>() * d.keypoints.len()
         });
         described + size_of::<Point>() * self.points.len()
+    }
+
+    /// What was subtracted from the file's coordinates.
+    #[must_use]
+    pub fn origin(&self) -> &Vector3<f64> {
+        &self.origin
+    }
+
+    /// The scan as it came, at most `limit` points spread evenly over its order, each with the normal of the nearest sampled
+    /// point; nothing where it could not be sampled. Centred coordinates.
+    #[must_use]
+    pub fn dense(&self, limit: usize) -> Option<Surface> {
+        let described = self.described.as_ref().ok()?;
+        Some(with_normals(&self.points, &described.surface, limit))
+    }
+
+    /// Whether the side that the normals point to is sure.
+    #[must_use]
+    pub fn side_is_sure(&self) -> bool {
+        self.described.as_ref().is_ok_and(|described| described.oriented.sure)
     }
 
     /// The mean of all descriptors, in single length: a rough word on what the scan shows. Empty where there are none.

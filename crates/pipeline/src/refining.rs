@@ -32,7 +32,7 @@ pub(crate) fn refined(
 }
 
 /// At most `limit` of the points, evenly spread over their order, each with the normal of the nearest sampled point.
-fn with_normals(points: &[Point], sampled: &Surface, limit: usize) -> Surface {
+pub(crate) fn with_normals(points: &[Point], sampled: &Surface, limit: usize) -> Surface {
     let stride = points.len().div_ceil(limit.max(1)).max(1);
     let points: Vec<Point> = points.iter().step_by(stride).copied().collect();
     let normal = |p: &Point| sampled.index().nearest(p).map_or([0.0; 3], |n| sampled.normals()[n.index as usize]);

@@ -5,6 +5,7 @@ mod batch;
 mod config;
 mod evaluation;
 mod files;
+mod reconstruct;
 mod stages;
 
 pub(crate) use align::{AlignArgs, DemoArgs};
@@ -12,6 +13,7 @@ pub(crate) use batch::{BatchArgs, MergeArgs, PairChoice};
 pub(crate) use config::ConfigCommand;
 pub(crate) use evaluation::{DatasetArgs, EvaluateArgs, ExperimentArgs, SimulateArgs, SimulatedKind};
 pub(crate) use files::{ConvertArgs, InspectArgs};
+pub(crate) use reconstruct::ReconstructArgs;
 pub(crate) use stages::{DescribeArgs, EstimateArgs, KeypointsArgs, MatchArgs, StageArgs};
 
 use clap::{Args as ClapArgs, Parser, Subcommand};
@@ -43,6 +45,12 @@ pub(crate) enum Command {
     Batch(BatchArgs),
     /// Join the parts of a batch that was run with --shard
     Merge(MergeArgs),
+    /// Put all scans of a folder into one frame: poses, a merged cloud, a report
+    ///
+    /// The pairs are registered as by batch. Loops of three and a robust pose graph tell right pairs from wrong ones, then all
+    /// scans that touch are refined together. Scans that nothing holds together stay apart: each component has a frame of its
+    /// own, that of its first scan. Exit code 1 says that there are several, or scans without a place.
+    Reconstruct(ReconstructArgs),
     /// Find the points of SCAN that are worth describing (CSV)
     ///
     /// One scan has no partner: pr is its own resolution here, not the mean of two. --resolution says what pr is, and
@@ -86,7 +94,7 @@ pub(crate) enum Command {
 }
 
 /// What every command that registers takes.
-#[derive(Debug, Default, ClapArgs)]
+#[derive(Clone, Debug, Default, ClapArgs)]
 pub(crate) struct RunArgs {
     /// A TOML file, or the name of a preset (default, fast, paper)
     #[arg(short, long, value_name = "FILE")]

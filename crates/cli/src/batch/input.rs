@@ -20,19 +20,19 @@ const TRUTH: [&str; 12] = ["r00", "r01", "r02", "tx", "r10", "r11", "r12", "ty",
 
 /// Scans, and which pairs of them are wanted.
 #[derive(Debug)]
-pub(super) struct Input {
+pub(crate) struct Input {
     /// Where a `congruent.toml` is looked for.
     pub(super) folder: PathBuf,
     /// In the order of their names (a folder) or of their first use (a table).
-    pub(super) scans: Vec<ScanFile>,
+    pub(crate) scans: Vec<ScanFile>,
     pub(super) wanted: Wanted,
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct ScanFile {
+pub(crate) struct ScanFile {
     /// As the table has it, or the file's name in the folder.
-    pub(super) name: String,
-    pub(super) path: PathBuf,
+    pub(crate) name: String,
+    pub(crate) path: PathBuf,
 }
 
 /// Which pairs.
@@ -46,7 +46,7 @@ pub(super) enum Wanted {
 
 impl Input {
     /// Looks at what the path leads to. A choice of pairs comes before the table of a dataset folder.
-    pub(super) fn find(path: &Path, choice: Option<PairChoice>) -> Result<Input> {
+    pub(crate) fn find(path: &Path, choice: Option<PairChoice>) -> Result<Input> {
         if path.is_dir() {
             let table = path.join(TABLE);
             return if choice.is_none() && table.is_file() { of_table(&table) } else { of_folder(path, choice) };

@@ -20,15 +20,17 @@ use crate::args::BatchArgs;
 use crate::layers::{self, Sources};
 use crate::output;
 use anyhow::{Result, bail};
-use cache::Cache;
+pub(crate) use cache::Cache;
 use congruent_pipeline::PipelineConfig;
-use input::{Input, Wanted};
+pub(crate) use input::Input;
+use input::Wanted;
 use pairs::Job;
 use results::{Results, Run};
+pub(crate) use row::Row;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use survey::Survey;
+pub(crate) use survey::Survey;
 use work::{Limits, Work};
 
 /// Some pair ended with an error, or was given up.
@@ -39,6 +41,23 @@ const INTERRUPTED: u8 = 130;
 const CACHE_SHARE: f64 = 0.5;
 
 pub(crate) fn run(args: &BatchArgs) -> Result<ExitCode> {
+    run_then(args, &|ended| Ok(if ended.errors > 0 { ExitCode::from(SOME_FAILED) } else { ExitCode::SUCCESS }))
+}
+
+/// All pairs of a run that was not interrupted, and what was made for them.
+pub(crate) struct Ended<'a> {
+    pub(crate) input: &'a Input,
+    pub(crate) survey: &'a Survey,
+    pub(crate) cache: &'a Cache,
+    pub(crate) threads: usize,
+    /// Sorted by id.
+    pub(crate) rows: Vec<Row>,
+    /// Rows without a verdict.
+    pub(crate) errors: usize,
+}
+
+/// Registers the pairs; the exit code is that of what is done with them.
+pub(crate) fn run_then(args: &BatchArgs, then: &dyn Fn(&Ended<'_>) -> Result<ExitCode>) -> Result<ExitCode> {
     let input = Input::find(&args.input, args.wanted())?;
     let config = layers::resolve(&Sources::of_run(&args.run, Some(&input.folder)))?.config;
     let threads = args.run.threads.map_or_else(all_processors, usize::from);
@@ -46,7 +65,7 @@ pub(crate) fn run(args: &BatchArgs) -> Result<ExitCode> {
     let interrupted = on_interrupt()?;
     let hook = std::panic::take_hook();
     work::silence_panics();
-    let ended = batch(args, &input, &config, limits, &interrupted);
+    let ended = batch(args, &input, &config, limits, &interrupted, then);
     std::panic::set_hook(hook);
     ended
 }
@@ -57,6 +76,7 @@ fn batch(
     config: &PipelineConfig,
     limits: Limits,
     interrupted: &AtomicBool,
+    then: &dyn Fn(&Ended<'_>) -> Result<ExitCode>,
 ) -> Result<ExitCode> {
     let threads = limits.threads;
     let survey = Survey::of(input, config, threads)?;
@@ -75,7 +95,8 @@ fn batch(
         output::remark("stopped; the same command with --resume goes on where this one ended");
         return Ok(ExitCode::from(INTERRUPTED));
     }
-    Ok(if summary.errors > 0 { ExitCode::from(SOME_FAILED) } else { ExitCode::SUCCESS })
+    let rows = results::all_rows(&args.output)?;
+    then(&Ended { input, survey: &survey, cache: &cache, threads, rows, errors: summary.errors })
 }
 
 /// All pairs of the run, sorted by id.

@@ -12,6 +12,7 @@ mod experiment;
 mod inspect;
 mod keypoints;
 mod matching;
+mod reconstruct;
 mod simulate;
 mod stages;
 
@@ -28,6 +29,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Align(args) => align::run(&args),
         Command::Batch(args) => batch::run(&args),
         Command::Merge(args) => batch::merge(&args),
+        Command::Reconstruct(args) => reconstruct::run(&args),
         Command::Keypoints(args) => keypoints::run(&args),
         Command::Describe(args) => describe::run(&args),
         Command::Match(args) => matching::run(&args),
