@@ -10,7 +10,6 @@ mod commands;
 mod configuration;
 mod layers;
 mod output;
-mod picture;
 mod progress;
 mod reconstruct;
 mod result;

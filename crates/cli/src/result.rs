@@ -1,7 +1,7 @@
 //! A registration as JSON and as a summary for people.
 
 use congruent_geometry::{Length, to_rows};
-use congruent_pipeline::{Pair, PipelineConfig, Registration, Verdict};
+use congruent_pipeline::{Pair, PipelineConfig, Registration};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -109,7 +109,7 @@ impl Report {
         reading: Duration,
         total: Duration,
     ) -> Self {
-        let (verdict, reason) = verdict_words(registration);
+        let (verdict, reason) = registration.verdict_words();
         let mut timings: BTreeMap<_, _> =
             registration.timings.iter().map(|t| (t.stage.name(), t.time.as_secs_f64())).collect();
         timings.insert("reading", reading.as_secs_f64());
@@ -205,21 +205,6 @@ impl Report {
             }
         }
         text.trim_end().to_owned()
-    }
-}
-
-/// The verdict in a word, and why it is not `ok`.
-pub(crate) fn verdict_words(registration: &Registration) -> (&'static str, Option<String>) {
-    match &registration.verdict {
-        Verdict::Ok => ("ok", None),
-        Verdict::Ambiguous => {
-            let others = registration.alternatives.len();
-            let reason = format!(
-                "{others} really different poses fit nearly as well: the scene is symmetric or repeats itself; an initial guess or more overlap would tell them apart"
-            );
-            ("ambiguous", Some(reason))
-        }
-        Verdict::Failed(failure) => ("failed", Some(failure.to_string())),
     }
 }
 

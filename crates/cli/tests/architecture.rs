@@ -16,6 +16,7 @@ const ANYTHING: &[&str] = &[
     "simulation",
     "evaluation",
     "multiway",
+    "report",
 ];
 
 /// What each crate may use.
@@ -43,6 +44,21 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "refinement",
             "pipeline",
             "simulation",
+        ],
+    ),
+    (
+        "report",
+        &[
+            "geometry",
+            "keypoints",
+            "descriptors",
+            "matching",
+            "metrics",
+            "estimators",
+            "refinement",
+            "pipeline",
+            "simulation",
+            "evaluation",
         ],
     ),
     ("cli", ANYTHING),

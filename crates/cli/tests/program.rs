@@ -35,6 +35,7 @@ fn help_is_as_it_was() {
         vec!["align", "--help"],
         vec!["batch", "--help"],
         vec!["merge", "--help"],
+        vec!["reconstruct", "--help"],
         vec!["inspect", "--help"],
         vec!["convert", "--help"],
         vec!["config", "--help"],

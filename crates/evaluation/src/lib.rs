@@ -16,5 +16,5 @@ mod truth;
 pub use csv::csv_line;
 pub use matches::{InlierShare, inlier_share, repeatability};
 pub use row::{PairRow, Status};
-pub use summary::{D_RMSE, Summary, mcnemar_of};
-pub use truth::{GroundTruth, MIN_SHARED, PoseErrors};
+pub use summary::{BANDS, D_RMSE, Summary, VERDICT_D_RMSE, mcnemar_of};
+pub use truth::{GroundTruth, MIN_SHARED, PoseErrors, SHARED_WITHIN_PR};

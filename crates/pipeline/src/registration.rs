@@ -101,3 +101,21 @@ pub struct Registration {
     /// Wall time of each stage that ran.
     pub timings: Vec<StageTime>,
 }
+
+impl Registration {
+    /// The verdict in a word (`ok`, `ambiguous`, `failed`), and why it is not `ok`.
+    #[must_use]
+    pub fn verdict_words(&self) -> (&'static str, Option<String>) {
+        match &self.verdict {
+            Verdict::Ok => ("ok", None),
+            Verdict::Ambiguous => {
+                let others = self.alternatives.len();
+                let reason = format!(
+                    "{others} really different poses fit nearly as well: the scene is symmetric or repeats itself; an initial guess or more overlap would tell them apart"
+                );
+                ("ambiguous", Some(reason))
+            }
+            Verdict::Failed(failure) => ("failed", Some(failure.to_string())),
+        }
+    }
+}

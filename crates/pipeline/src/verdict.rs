@@ -74,8 +74,9 @@ pub(crate) struct Judgement {
 }
 
 impl VerdictConfig {
-    /// Residuals below it are inliers.
-    pub(crate) fn inlier_threshold(&self) -> Length {
+    /// Correspondences with a residual below it are inliers.
+    #[must_use]
+    pub fn inlier_threshold(&self) -> Length {
         match self {
             VerdictConfig::AContrario(c) => c.inlier_threshold,
             VerdictConfig::Dense(_) => AContrarioConfig::default().inlier_threshold,

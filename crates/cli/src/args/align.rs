@@ -30,6 +30,9 @@ pub(crate) struct AlignArgs {
     /// Write the source in the target's frame, as PLY (only where the verdict is ok)
     #[arg(long, value_name = "FILE")]
     pub(crate) write_aligned: Option<PathBuf>,
+    /// Write a page with the result and a 3D view, for a browser (one HTML file that needs no network)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) report: Option<PathBuf>,
     /// Write what each stage left into DIR: keypoints, descriptors, matches, poses (docs/FILES.md)
     #[arg(long, value_name = "DIR")]
     pub(crate) save_stages: Option<PathBuf>,

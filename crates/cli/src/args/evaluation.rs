@@ -20,13 +20,32 @@ pub(crate) struct DatasetArgs {
     pub(crate) min_overlap: f64,
 }
 
+/// What the results are shown in.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct PageArgs {
+    /// Write a page with figures and tables, for a browser (one HTML file that needs no network)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) report: Option<PathBuf>,
+    /// Write each figure by itself, as SVG
+    #[arg(long, value_name = "DIR")]
+    pub(crate) figures: Option<PathBuf>,
+}
+
 #[derive(Debug, ClapArgs)]
 pub(crate) struct EvaluateArgs {
     #[command(flatten)]
     pub(crate) dataset: DatasetArgs,
     /// Where to write pairs.csv, pairs.jsonl, config.toml and summary.txt
-    #[arg(short, long, value_name = "DIR")]
-    pub(crate) output: PathBuf,
+    #[arg(short, long, value_name = "DIR", required_unless_present = "show")]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) page: PageArgs,
+    /// Register this pair alone, and write its page to --report: errors of all points against the truth, in 3D
+    #[arg(long, value_name = "SOURCE,TARGET", requires = "report", conflicts_with_all = ["output", "figures", "compare"])]
+    pub(crate) show: Option<String>,
+    /// With --show: the same pair by each of these metrics, side by side, for instance mse,inlier-count,overlapped-points
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "show")]
+    pub(crate) metrics: Vec<String>,
     /// Compare with an earlier evaluation of the same pairs (McNemar's exact test)
     #[arg(long, value_name = "DIR")]
     pub(crate) compare: Option<PathBuf>,
@@ -43,6 +62,8 @@ pub(crate) struct ExperimentArgs {
     /// Where to write NAME.md, NAME.csv and NAME-pairs.csv
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) page: PageArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
 }

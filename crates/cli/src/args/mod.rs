@@ -11,7 +11,7 @@ mod stages;
 pub(crate) use align::{AlignArgs, DemoArgs};
 pub(crate) use batch::{BatchArgs, MergeArgs, PairChoice};
 pub(crate) use config::ConfigCommand;
-pub(crate) use evaluation::{DatasetArgs, EvaluateArgs, ExperimentArgs, SimulateArgs, SimulatedKind};
+pub(crate) use evaluation::{DatasetArgs, EvaluateArgs, ExperimentArgs, PageArgs, SimulateArgs, SimulatedKind};
 pub(crate) use files::{ConvertArgs, InspectArgs};
 pub(crate) use reconstruct::ReconstructArgs;
 pub(crate) use stages::{DescribeArgs, EstimateArgs, KeypointsArgs, MatchArgs, StageArgs};

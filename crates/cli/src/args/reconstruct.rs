@@ -10,7 +10,7 @@ use std::time::Duration;
 pub(crate) struct ReconstructArgs {
     /// A folder of scans, or one with scans/
     pub(crate) folder: PathBuf,
-    /// Where to write poses.csv, an .xf for each scan, graph.g2o, model-1.ply … and the rows of the pairs
+    /// Where to write poses.csv, an .xf for each scan, graph.g2o, model-1.ply …, report.html, and the rows of the pairs
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
     /// Which pairs are registered; all of up to 40 scans, else auto

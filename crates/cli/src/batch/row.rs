@@ -1,7 +1,7 @@
 //! What is written of a pair. docs/FILES.md says what the fields mean.
 
 use super::pairs::Job;
-use crate::result::{Counts, verdict_words};
+use crate::result::Counts;
 use congruent_geometry::{RigidTransform, angle_between, to_rows};
 use congruent_pipeline::Registration;
 use nalgebra::{Point3, Vector3};
@@ -100,7 +100,7 @@ impl Row {
         took: Duration,
         (registration, centre): (&Registration, Vector3<f64>),
     ) -> Row {
-        let (verdict, reason) = verdict_words(registration);
+        let (verdict, reason) = registration.verdict_words();
         let mut row = Row::of(job, names, seed, configuration, took);
         row.timings.extend(registration.timings.iter().map(|t| (t.stage.name().to_owned(), t.time.as_secs_f64())));
         let pose = registration.target_from_source.as_ref();

@@ -9,7 +9,8 @@ use crate::{configuration, output};
 use anyhow::Result;
 use congruent_geometry::{RawScan, RigidTransform};
 use congruent_io::{write_file, write_ply, write_pose};
-use congruent_pipeline::{Pair, Registration, Trace, Verdict, register_traced};
+use congruent_pipeline::{Pair, PipelineConfig, Registration, Trace, Verdict, register_traced};
+use congruent_report::{PairReport, pair_page};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -22,6 +23,9 @@ pub(super) fn run(args: &AlignArgs) -> Result<ExitCode> {
     let viewpoints =
         Pair { source: args.source_viewpoint.or(args.viewpoint), target: args.target_viewpoint.or(args.viewpoint) };
     let mut aligned = align(files, viewpoints, &args.run)?;
+    if let Some(path) = &args.report {
+        write_page(path, files, &aligned, None)?;
+    }
     if let Some(directory) = &args.save_stages {
         let trace = std::mem::take(&mut aligned.trace);
         save(directory, trace, aligned.scans.as_ref().into_map(|loaded| &loaded.scan))?;
@@ -48,10 +52,30 @@ pub(super) struct Aligned {
     pub(super) scans: Pair<Loaded>,
     pub(super) registration: Registration,
     pub(super) trace: Trace,
+    pub(super) config: PipelineConfig,
     pub(super) report: Report,
 }
 
 impl Aligned {
+    /// What its page shows; `config_text` is its configuration as TOML.
+    pub(super) fn page_of<'a>(
+        &'a self,
+        names: &'a Pair<String>,
+        config_text: &'a str,
+        truth: Option<&'a RigidTransform>,
+    ) -> PairReport<'a> {
+        PairReport {
+            names: names.as_ref().into_map(String::as_str),
+            scans: self.scans.as_ref().into_map(|loaded| &loaded.scan),
+            registration: &self.registration,
+            trace: &self.trace,
+            config: &self.config,
+            config_text,
+            truth,
+            version: env!("CARGO_PKG_VERSION"),
+        }
+    }
+
     pub(super) fn exit_code(&self) -> ExitCode {
         match self.registration.verdict {
             Verdict::Ok => ExitCode::SUCCESS,
@@ -74,7 +98,7 @@ pub(super) fn align(files: Pair<&Path>, viewpoints: Pair<Option<[f64; 3]>>, run:
             Ok((scans, registration, reading))
         })??;
     let report = Report::new(files, &config, &registration, reading, start.elapsed());
-    Ok(Aligned { scans, registration, trace, report })
+    Ok(Aligned { scans, registration, trace, config, report })
 }
 
 /// JSON, or the matrix alone where the name asks for it.
@@ -86,6 +110,23 @@ fn write_result(path: &Path, aligned: &Aligned) -> Result<()> {
         _ => write_file(path, format!("{}\n", aligned.report.json()).as_bytes())?,
     }
     Ok(())
+}
+
+/// Writes the page of a registration.
+pub(super) fn write_page(
+    path: &Path,
+    files: Pair<&Path>,
+    aligned: &Aligned,
+    truth: Option<&RigidTransform>,
+) -> Result<()> {
+    let (names, text) = (names_of(files), toml::to_string(&aligned.config)?);
+    write_file(path, pair_page(&aligned.page_of(&names, &text, truth)).html().as_bytes())?;
+    Ok(())
+}
+
+/// The names of files without their folders.
+pub(super) fn names_of(files: Pair<&Path>) -> Pair<String> {
+    files.into_map(|file| file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned())
 }
 
 /// Writes a scan under a rigid motion, with its normals and triangles.

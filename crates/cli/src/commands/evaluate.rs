@@ -1,7 +1,8 @@
 //! `congruent evaluate`: every pair of a data set, registered and judged.
 
 use super::dataset::{Selected, select};
-use super::{load, on_threads};
+use super::pages::write_pages;
+use super::{load, on_threads, show};
 use crate::args::EvaluateArgs;
 use crate::progress::Bar;
 use crate::rows::Rows;
@@ -10,6 +11,8 @@ use anyhow::{Result, bail};
 use congruent_evaluation::{GroundTruth, PairRow, Status, Summary, mcnemar_of};
 use congruent_io::TruePair;
 use congruent_pipeline::{Pair, PipelineConfig, register_traced};
+use congruent_report::{evaluation_figures, evaluation_page};
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -19,6 +22,14 @@ const RUNNING_D_RMSE: f64 = 2.5;
 const SOME_ERRORS: u8 = 1;
 
 pub(super) fn run(args: &EvaluateArgs) -> Result<ExitCode> {
+    match (&args.show, &args.output) {
+        (Some(pair), _) => show::run(args, pair),
+        (None, Some(directory)) => run_into(args, directory),
+        (None, None) => bail!("name a directory for the results with -o, or a pair with --show"),
+    }
+}
+
+fn run_into(args: &EvaluateArgs, directory: &Path) -> Result<ExitCode> {
     let config = configuration::resolve(&args.run)?;
     let text = toml::to_string(&config)?;
     let configuration = fingerprint(&[env!("CARGO_PKG_VERSION"), &text]);
@@ -27,9 +38,9 @@ pub(super) fn run(args: &EvaluateArgs) -> Result<ExitCode> {
         bail!("{}: no pair is left to evaluate; lower --min-overlap", args.dataset.dataset.display());
     }
     let other = args.compare.as_deref().map(Rows::read).transpose()?;
-    let mut rows = Rows::open(&args.output)?;
-    congruent_io::write_file(&args.output.join("config.toml"), text.as_bytes())?;
-    on_threads(args.run.threads, || evaluate(args, &config, &configuration, &selected, &mut rows))??;
+    let mut rows = Rows::open(directory)?;
+    congruent_io::write_file(&directory.join("config.toml"), text.as_bytes())?;
+    on_threads(args.run.threads, || evaluate(&config, &configuration, &selected, &mut rows))??;
 
     let wanted: Vec<String> = selected.pairs.iter().map(|pair| name_of(&selected.name, pair)).collect();
     let ours: Vec<PairRow> = rows
@@ -39,23 +50,23 @@ pub(super) fn run(args: &EvaluateArgs) -> Result<ExitCode> {
         .cloned()
         .collect();
     let mut summary = Summary::new(&ours).to_string();
-    if let (Some(other), Some(directory)) = (other, &args.compare) {
-        summary += &format!("\nagainst {}: {}", directory.display(), mcnemar_of(&ours, &latest(&other)));
+    if let (Some(other), Some(earlier)) = (other, &args.compare) {
+        summary += &format!("\nagainst {}: {}", earlier.display(), mcnemar_of(&ours, &latest(&other)));
     }
-    congruent_io::write_file(&args.output.join("summary.txt"), summary.as_bytes())?;
+    congruent_io::write_file(&directory.join("summary.txt"), summary.as_bytes())?;
     output::data(summary.trim_end());
+    let version = env!("CARGO_PKG_VERSION");
+    write_pages(
+        &args.page,
+        || evaluation_page(&selected.name, &ours, &summary, &text, version),
+        || evaluation_figures(&ours),
+    )?;
     let any_error = ours.iter().any(|row| row.status == Status::Error);
     Ok(if any_error { ExitCode::from(SOME_ERRORS) } else { ExitCode::SUCCESS })
 }
 
 /// Adds the rows that are not there yet.
-fn evaluate(
-    args: &EvaluateArgs,
-    config: &PipelineConfig,
-    configuration: &str,
-    selected: &Selected,
-    rows: &mut Rows,
-) -> Result<()> {
+fn evaluate(config: &PipelineConfig, configuration: &str, selected: &Selected, rows: &mut Rows) -> Result<()> {
     let bar = Bar::new(selected.pairs.len() as u64);
     let (mut right, mut scored, mut skipped) = (0, 0, 0);
     for (done, pair) in (1..).zip(&selected.pairs) {
@@ -80,7 +91,7 @@ fn evaluate(
     }
     drop(bar);
     if skipped > 0 {
-        output::remark(&format!("{skipped} pairs were already in {}", args.output.display()));
+        output::remark(&format!("{skipped} pairs were already there"));
     }
     Ok(())
 }

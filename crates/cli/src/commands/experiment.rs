@@ -2,6 +2,7 @@
 
 use super::dataset::{Selected, select};
 use super::on_threads;
+use super::pages::write_pages;
 use crate::args::{ExperimentArgs, RunArgs};
 use crate::progress::Bar;
 use crate::{configuration, output};
@@ -10,6 +11,7 @@ use congruent_evaluation::csv_line;
 use congruent_evaluation::experiment::{Plan, Tally, run_pair};
 use congruent_io::{TruePair, read_scan, write_file};
 use congruent_pipeline::{Pair, PipelineConfig};
+use congruent_report::{ExperimentReport, experiment_figures, experiment_page};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -31,12 +33,22 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<ExitCode> {
     let plans = plans(&args.experiment)?;
     let selected = select(&args.dataset)?;
     std::fs::create_dir_all(&args.output).with_context(|| format!("{}: cannot be created", args.output.display()))?;
+    let mut done = Vec::new();
     for (name, plan) in &plans {
         let variants = variants(plan, &args.run)?;
         let run = Run { name, plan, variants: &variants, selected: &selected, output: &args.output };
-        let text = on_threads(args.run.threads, || run.all())??;
+        let (tally, text) = on_threads(args.run.threads, || run.all())??;
         output::data(text.trim_end());
+        done.push((name, plan, tally, text));
     }
+    let reports: Vec<ExperimentReport<'_>> =
+        done.iter().map(|(name, plan, tally, text)| ExperimentReport { name, plan, tally, text }).collect();
+    let config = toml::to_string(&configuration::resolve(&on_preset(&args.run))?)?;
+    write_pages(
+        &args.page,
+        || experiment_page(&selected.name, &reports, &config, env!("CARGO_PKG_VERSION")),
+        || reports.iter().flat_map(experiment_figures).collect(),
+    )?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -67,12 +79,17 @@ fn parse(text: &str, name: &str) -> Result<Plan> {
 fn variants(plan: &Plan, run: &RunArgs) -> Result<Vec<(String, PipelineConfig)>> {
     let of = |variant: &congruent_evaluation::experiment::Variant| {
         let set = run.set.iter().chain(&variant.set).cloned().collect();
-        let config = run.config.clone().or_else(|| Some(PathBuf::from(PRESET)));
-        let all = RunArgs { config, set, seed: run.seed, threads: None };
+        let all = RunArgs { set, ..on_preset(run) };
         let config = configuration::resolve(&all).with_context(|| format!("variant {}", variant.name))?;
         Ok((variant.name.clone(), config))
     };
     plan.variants.iter().map(of).collect()
+}
+
+/// What the command line describes, on top of the preset of the experiments.
+fn on_preset(run: &RunArgs) -> RunArgs {
+    let config = run.config.clone().or_else(|| Some(PathBuf::from(PRESET)));
+    RunArgs { config, threads: None, ..run.clone() }
 }
 
 /// One experiment on one data set.
@@ -85,8 +102,8 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Runs all pairs, writes the files, and returns the tables.
-    fn all(&self) -> Result<String> {
+    /// Runs all pairs, writes the files, and returns the counts and the tables.
+    fn all(&self) -> Result<(Tally, String)> {
         let Run { name, plan, output, .. } = self;
         let bar = Bar::new(self.selected.pairs.len() as u64);
         let mut tally = Tally::default();
@@ -137,7 +154,7 @@ impl Run<'_> {
         write_file(&output.join(format!("{name}.csv")), tally.csv(plan).as_bytes())?;
         write_file(&output.join(format!("{name}-pairs.csv")), rows.as_bytes())?;
         write_file(&output.join(format!("{name}.md")), text.as_bytes())?;
-        Ok(text)
+        Ok((tally, text))
     }
 
     fn one(&self, pair: &TruePair) -> Result<Vec<congruent_evaluation::experiment::Measured>> {

@@ -12,7 +12,9 @@ mod experiment;
 mod inspect;
 mod keypoints;
 mod matching;
+mod pages;
 mod reconstruct;
+mod show;
 mod simulate;
 mod stages;
 

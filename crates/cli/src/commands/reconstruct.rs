@@ -52,7 +52,7 @@ fn reconstructed(args: &ReconstructArgs, ended: &Ended<'_>) -> Result<ExitCode> 
         (solved(&surfaces.nodes(), &candidates, &surfaces, &Settings::new(pr)), proposals, surfaces)
     })?;
     let outcome = reconstruct::Outcome::new(ended, &result, proposals, &surfaces, pr);
-    reconstruct::write(args, ended, &outcome)?;
+    reconstruct::write(args, ended, &outcome, &surfaces)?;
     output::data(&if args.json { outcome.json() } else { outcome.text(&args.output) });
     Ok(if outcome.is_complete() { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
 }

@@ -1,7 +1,8 @@
 //! What is put into the output folder.
 
-use super::model;
 use super::outcome::{Outcome, ScanLine};
+use super::page::page;
+use super::{Surfaces, model};
 use crate::args::ReconstructArgs;
 use crate::batch::Ended;
 use anyhow::Result;
@@ -14,9 +15,10 @@ use std::path::{Path, PathBuf};
 
 const POSES: &str = "poses.csv";
 const GRAPH: &str = "graph.g2o";
+const PAGE: &str = "report.html";
 
 /// Writes everything but the rows, which are there.
-pub(crate) fn write(args: &ReconstructArgs, ended: &Ended<'_>, outcome: &Outcome) -> Result<()> {
+pub(crate) fn write(args: &ReconstructArgs, ended: &Ended<'_>, outcome: &Outcome, surfaces: &Surfaces) -> Result<()> {
     let folder = &args.output;
     write_file(&folder.join(POSES), poses_csv(&outcome.scans).as_bytes())?;
     let names = pose_names(&outcome.scans);
@@ -25,6 +27,7 @@ pub(crate) fn write(args: &ReconstructArgs, ended: &Ended<'_>, outcome: &Outcome
             write_pose(&folder.join(name), pose)?;
         }
     }
+    write_file(&folder.join(PAGE), page(outcome, surfaces).html().as_bytes())?;
     write_file(&folder.join(GRAPH), g2o(ended, outcome).as_bytes())?;
     for number in 1..=outcome.components.len() {
         let scans: Vec<(usize, PathBuf, RigidTransform)> = outcome

@@ -3,6 +3,7 @@
 mod files;
 mod model;
 mod outcome;
+mod page;
 mod proposals;
 mod surfaces;
 mod words;

@@ -12,4 +12,4 @@ mod tally;
 pub use nuisance::Nuisance;
 pub use plan::{Axis, MeasuredOn, Plan, Variant, metric_name};
 pub use run::{Cell, Measured, Problem, run_pair};
-pub use tally::Tally;
+pub use tally::{Entry, Tally};

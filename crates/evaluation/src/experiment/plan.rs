@@ -93,11 +93,12 @@ pub enum Axis {
 
 impl Axis {
     /// All of them.
-    pub(crate) const ALL: [Axis; 7] =
+    pub const ALL: [Axis; 7] =
         [Axis::Variant, Axis::Nuisance, Axis::Estimator, Axis::Iterations, Axis::Metric, Axis::Threshold, Axis::DRmse];
 
     /// Its name in tables.
-    pub(crate) fn name(self) -> &'static str {
+    #[must_use]
+    pub fn name(self) -> &'static str {
         match self {
             Axis::Variant => "variant",
             Axis::Nuisance => "nuisance",

@@ -17,10 +17,14 @@ pub struct Tally {
 }
 
 /// A cell at one bound of a right pose.
-struct Entry {
-    values: [String; Axis::ALL.len()],
-    right: usize,
-    total: usize,
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// In the order of [`Axis::ALL`].
+    pub values: [String; Axis::ALL.len()],
+    /// Pairs whose pose was right.
+    pub right: usize,
+    /// All pairs.
+    pub total: usize,
 }
 
 impl Tally {
@@ -96,7 +100,9 @@ impl Tally {
         text
     }
 
-    fn entries(&self, plan: &Plan) -> Vec<Entry> {
+    /// Every cell at every bound, cell by cell.
+    #[must_use]
+    pub fn entries(&self, plan: &Plan) -> Vec<Entry> {
         let mut entries = Vec::new();
         for (cell, results) in self.cells.iter().zip(&self.results) {
             for &d_rmse in &plan.d_rmse {
