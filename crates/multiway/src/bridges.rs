@@ -9,6 +9,9 @@ use crate::{Belief, Candidate, Fate, Node, Settings};
 use congruent_geometry::RigidTransform;
 use std::collections::{BTreeMap, BTreeSet};
 
+/// What was doubted more than this is no word at all: half of what registrations are believed from.
+const MIN_CONFIDENCE: f64 = 0.25;
+
 /// One candidate between two components, from the later one into the earlier one.
 struct Bridge {
     candidate: usize,
@@ -32,7 +35,8 @@ pub(crate) fn strongest(
         members.iter().for_each(|&node| component_of[node] = number);
     }
     for (at, candidate) in candidates.iter().enumerate() {
-        let weak = candidate.belief != Belief::Believed && fates[at] != Fate::Kept;
+        let plausible = candidate.belief == Belief::Uncertain || candidate.confidence >= MIN_CONFIDENCE;
+        let weak = candidate.belief != Belief::Believed && plausible && fates[at] != Fate::Kept;
         let (source, target) = (component_of[candidate.source], component_of[candidate.target]);
         if !weak || source == target {
             continue;
