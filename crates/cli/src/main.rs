@@ -6,8 +6,10 @@
 
 mod args;
 mod batch;
+mod calibration;
 mod commands;
 mod configuration;
+mod guess;
 mod layers;
 mod output;
 mod progress;

@@ -5,6 +5,7 @@
 //! those of Yang et al., *On Efficient and Robust Metrics for RANSAC Hypotheses and 3D Rigid Registration* (2020);
 //! where the paper leaves a gap, the place says how it was settled. Nothing here opens a file or prints.
 
+pub mod calibration;
 mod csv;
 pub mod experiment;
 mod matches;

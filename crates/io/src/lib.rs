@@ -26,7 +26,9 @@ mod text;
 mod write;
 mod xyz;
 
-pub use dataset::{About, Dataset, DatasetFault, PairLine, TruePair, TruthAbout, TruthFormat, pairs_csv, read_dataset};
+pub use dataset::{
+    About, Dataset, DatasetFault, PairLine, PairsAbout, TruePair, TruthAbout, TruthFormat, pairs_csv, read_dataset,
+};
 pub use error::IoError;
 pub use npy::{Matrix, NpyFault, read_npy, write_npy};
 pub use ply::{PlyFault, write_coloured_ply, write_ply};

@@ -12,8 +12,9 @@ use congruent_matching::{MatcherConfig, RatioConfig};
 use congruent_metrics::{MetricConfig, ThresholdConfig};
 use congruent_pipeline::{
     AContrarioConfig, Failure, NeighborhoodConfig, NormalsConfig, PipelineConfig, PoolConfig, RankingConfig,
-    RefinementConfig, Registration, SamplingConfig, Verdict, VerdictConfig, VoxelGridConfig, register,
+    Registration, SamplingConfig, Verdict, VerdictConfig, VoxelGridConfig, register,
 };
+use congruent_refinement::RefinementConfig;
 use congruent_simulation::nuisances::{moved, permuted, scaled};
 use congruent_simulation::pair::{PairOptions, ScanPair, figurine_pair};
 use congruent_simulation::scanner::{RangeNoise, VirtualScanner};

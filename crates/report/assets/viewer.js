@@ -5,8 +5,8 @@
 
   // Half of the vertical angle of view, radians.
   const HALF_FIELD = 0.35;
-  // Colours from no error to saturation: the first five sixths of matplotlib's plasma, dark enough for a white ground.
-  const RAMP = [[13, 8, 135], [126, 3, 168], [204, 71, 120], [241, 132, 75], [253, 180, 47]].map(c => c.map(v => v / 255));
+  // Colours from no error to saturation: from dark to light, so also in grey, and seen on white at both ends.
+  const RAMP = [[52, 56, 178], [132, 40, 178], [204, 71, 120], [241, 132, 75], [253, 188, 56]].map(c => c.map(v => v / 255));
   const GREY = [0.72, 0.72, 0.72];
   const HELP = [
     ['drag, arrow keys', 'turn'], ['shift + drag, two fingers', 'move'], ['wheel, pinch, + and −', 'zoom'],
@@ -16,7 +16,7 @@
 
   const CLOUD = `#version 300 es
     in vec3 position; in float error;
-    uniform mat4 first, second, screen; uniform float size, distance_, ramp; uniform vec3 colour, up; uniform vec2 heights;
+    uniform mat4 first, second, screen; uniform float size, distance_; uniform vec3 colour, up; uniform vec2 heights;
     uniform bool isCloud; uniform int mode;
     uniform vec3 stops[5]; uniform vec3 grey;
     out vec3 shade;
@@ -29,7 +29,7 @@
       gl_Position = screen * placed;
       gl_PointSize = clamp(size * distance_ / gl_Position.w, 1.0, 6.0 * size);
       shade = colour;
-      if (isCloud && mode == 1) shade = error > 0.999 || ramp < 0.5 ? grey : pseudo(error * 255.0 / 254.0);
+      if (isCloud && mode == 1) shade = error > 0.999 ? grey : pseudo(error * 255.0 / 254.0);
       if (isCloud && mode == 2) shade = pseudo((dot(placed.xyz, up) - heights.x) / (heights.y - heights.x));
     }`;
   const DISC = `#version 300 es
@@ -54,9 +54,9 @@
       ivec2 at = ivec2(gl_FragCoord.xy);
       float here = far(at), darkness = 0.0;
       for (int x = -1; x <= 1; x++) for (int y = -1; y <= 1; y++)
-        darkness += clamp(here - far(at + reach * ivec2(x, y)), 0.0, 0.06);
+        darkness += clamp(here - far(at + reach * ivec2(x, y)), 0.0, 0.006);
       vec3 colour = texelFetch(colours, at, 0).rgb;
-      pixel = vec4(here > 1e8 ? vec3(1.0) : colour * exp(-3.2 * darkness), 1.0);
+      pixel = vec4(here > 1e8 ? colour : colour * exp(-35.0 * darkness), 1.0);
     }`;
 
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -114,7 +114,8 @@
     range() { return [this.distance * 0.02, this.distance + 12 * this.scene.radius]; }
     // The matrix from the frame to the screen, column by column.
     screen(aspect) {
-      const [near, far] = this.range(), t = 1 / Math.tan(HALF_FIELD);
+      // What fits is as wide as the shorter side.
+      const [near, far] = this.range(), t = Math.min(aspect, 1) / Math.tan(HALF_FIELD);
       const eye = plus(this.middle, this.back, this.distance);
       const rows = [this.right, this.up, this.back], shift = rows.map(r => -dot(r, eye));
       const a = (far + near) / (near - far), b = 2 * far * near / (near - far);
@@ -228,7 +229,7 @@
       this.figure.prepend(bar, stage);
       const most = Math.max(...this.layers.filter(l => l.kind === 'points').map(l => l.n), 1);
       // So many pixels, that the cloud closes where it fills some two fifths of the picture.
-      const fitting = 1.35 * Math.sqrt(0.4 * this.canvas.clientHeight ** 2 / most);
+      const fitting = 1.35 * Math.sqrt(0.4 * this.side() ** 2 / most);
       this.size = Math.min(Math.max(fitting, 2), 9);
       this.slider.value = this.size;
     }
@@ -238,6 +239,7 @@
       return (dot(up, [1, 1, 1]) < 0 ? '−' : '') + 'xyz'[up.findIndex(v => v !== 0)];
     }
 
+    side() { return Math.max(Math.min(this.canvas.clientWidth, this.canvas.clientHeight), 1); }
     show(state) { this.state = state; this.ask(); }
     help() { this.sheet.hidden = !this.sheet.hidden; }
     reset() { this.camera.reset(); this.camera.changed(); }
@@ -285,12 +287,14 @@
       gl.uniform3fv(at.stops, RAMP.flat()); gl.uniform3fv(at.grey, GREY);
       let drawn = 0;
       for (const layer of this.layers) {
-        if (!layer.shown || !layer.n) continue;
+        if (!layer.shown || !layer.n || this.mode === 1 && layer.kind === 'points' && !layer.hasErrors) continue;
         const [first, second = first] = layer.matrices[Math.min(this.state, layer.matrices.length - 1)];
         gl.uniformMatrix4fv(at.first, false, first); gl.uniformMatrix4fv(at.second, false, second);
-        gl.uniform3fv(at.colour, rgb(layer.colour)); gl.uniform1f(at.ramp, layer.hasErrors ? 1 : 0);
+        gl.uniform3fv(at.colour, rgb(layer.colour));
         gl.uniform1i(at.isCloud, layer.kind === 'points' ? 1 : 0);
         gl.bindVertexArray(layer.vao);
+        // Lines within a body would not be seen.
+        gl[layer.kind === 'points' ? 'enable' : 'disable'](gl.DEPTH_TEST);
         gl.drawArrays(layer.kind === 'points' ? gl.POINTS : gl.LINES, 0, layer.n);
         drawn += layer.n;
       }
@@ -307,7 +311,7 @@
       gl.activeTexture(gl.TEXTURE0); gl.bindTexture(gl.TEXTURE_2D, this.colours);
       gl.activeTexture(gl.TEXTURE1); gl.bindTexture(gl.TEXTURE_2D, this.depths);
       gl.uniform1i(at.colours, 0); gl.uniform1i(at.depths, 1);
-      gl.uniform2fv(at.range, this.camera.range()); gl.uniform1i(at.reach, Math.max(Math.round(k), 1));
+      gl.uniform2fv(at.range, this.camera.range()); gl.uniform1i(at.reach, Math.max(Math.round(2 * k), 1));
       gl.drawArrays(gl.TRIANGLES, 0, 3);
       gl.activeTexture(gl.TEXTURE0);
     }
@@ -317,11 +321,11 @@
       (this.stateButtons || []).forEach((button, i) => button.setAttribute('aria-pressed', String(i === this.state)));
       this.select.value = String(this.mode);
       this.slider.value = this.size;
-      const perUnit = canvas.clientHeight / (2 * this.camera.distance * Math.tan(HALF_FIELD));
+      const perUnit = this.side() / (2 * this.camera.distance * Math.tan(HALF_FIELD));
       const most = 0.22 * canvas.clientWidth / perUnit, power = 10 ** Math.floor(Math.log10(most));
       const length = [5, 2, 1].map(d => d * power).find(d => d <= most) || power;
       this.ruler.style.width = `${length * perUnit}px`;
-      this.ruler.textContent = `${tidy(length)} ${scene.unit}`;
+      this.ruler.dataset.length = `${tidy(length)} ${scene.unit}`;
       this.legend.hidden = this.mode === 0;
       if (this.mode === this.legendMode) return;
       this.legendMode = this.mode;
@@ -342,7 +346,7 @@
 
     listen() {
       const { canvas, camera } = this, fingers = new Map();
-      const perPixel = () => 2 * camera.distance * Math.tan(HALF_FIELD) / canvas.clientHeight;
+      const perPixel = () => 2 * camera.distance * Math.tan(HALF_FIELD) / this.side();
       const spread = () => { const [a, b] = [...fingers.values()]; return Math.hypot(a.x - b.x, a.y - b.y) || 1; };
       canvas.addEventListener('pointerdown', event => {
         canvas.setPointerCapture(event.pointerId);
@@ -379,7 +383,7 @@
         '[': () => { this.size = Math.max(this.size / 1.2, 1); }, ']': () => { this.size = Math.min(this.size * 1.2, 12); },
         b: () => this.show((this.state + 1) % Math.max(this.scene.states.length, 1)),
         c: () => { const all = [...this.select.options].map(o => +o.value); this.mode = all[(all.indexOf(this.mode) + 1) % all.length]; },
-        x: () => camera.look([-1, 0, 0]), y: () => camera.look([0, 1, 0]), z: () => camera.look([0, 0, -1]),
+        x: () => camera.look([-1, 0, 0]), y: () => camera.look([0, 1, 0]), z: () => camera.look([0, 0, camera.vertical[1] < 0 ? 1 : -1]),
         r: () => camera.reset(), h: () => this.help(), escape: () => { this.sheet.hidden = true; },
       };
       if (layer) { layer.shown = !layer.shown; this.switches[+key - 1].checked = layer.shown; }

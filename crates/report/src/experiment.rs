@@ -4,7 +4,7 @@ use crate::figures::{Axis as Across, Curve, Curves, Sample};
 use crate::page::{Block, Page};
 use crate::pair::ending;
 use crate::printed::blocks_of;
-use congruent_evaluation::experiment::{Axis, Entry, Nuisance, Plan, Tally};
+use congruent_evaluation::experiment::{Axis, Count, Nuisance, Plan, Tally};
 use congruent_evaluation::statistics::wilson;
 
 /// Curves that can be told apart in one frame.
@@ -32,9 +32,15 @@ pub struct Figure {
     pub svg: String,
 }
 
-/// The page of experiments on one data set.
+/// The page of experiments on data sets; `more` is text that belongs to all of them.
 #[must_use]
-pub fn experiment_page(dataset: &str, reports: &[ExperimentReport<'_>], config: &str, version: &str) -> Page {
+pub fn experiment_page(
+    datasets: &str,
+    reports: &[ExperimentReport<'_>],
+    more: &str,
+    config: &str,
+    version: &str,
+) -> Page {
     let mut blocks = Vec::new();
     for report in reports {
         let mut text = blocks_of(report.text);
@@ -45,8 +51,9 @@ pub fn experiment_page(dataset: &str, reports: &[ExperimentReport<'_>], config: 
         text.insert(place, figures);
         blocks.extend(text);
     }
+    blocks.extend(blocks_of(more));
     blocks.extend(ending(config, version));
-    Page { title: format!("Experiments on {dataset}"), subtitle: String::new(), blocks }
+    Page { title: format!("Experiments on {datasets}"), subtitle: String::new(), blocks }
 }
 
 /// Accuracy with Wilson's 95 % intervals: a curve for each row of the plan over its columns, a frame for each combination of
@@ -54,15 +61,15 @@ pub fn experiment_page(dataset: &str, reports: &[ExperimentReport<'_>], config: 
 /// over their level.
 #[must_use]
 pub fn experiment_figures(report: &ExperimentReport<'_>) -> Vec<Figure> {
-    let (plan, entries) = (report.plan, report.tally.entries(report.plan));
-    let many = distinct(entries.iter().map(|entry| value(entry, plan.rows))).len() > MAX_CURVES;
+    let (plan, entries) = (report.plan, report.tally.counts(report.plan));
+    let many = distinct(entries.iter().map(|entry| entry.value(plan.rows))).len() > MAX_CURVES;
     let (rows, columns) = if many { (plan.columns, plan.rows) } else { (plan.rows, plan.columns) };
     let frames: Vec<(String, Vec<Placed<'_>>, Across)> = if columns == Axis::Nuisance {
         nuisance_frames(plan, &entries)
     } else {
         let groups = distinct(entries.iter().map(|entry| rest(entry, &entries, rows, columns)));
         let frame = |group: String| {
-            let inside: Vec<&Entry> =
+            let inside: Vec<&Count> =
                 entries.iter().filter(|entry| rest(entry, &entries, rows, columns) == group).collect();
             let (placed, across) = placed(&inside, columns);
             (group, placed, across)
@@ -72,9 +79,9 @@ pub fn experiment_figures(report: &ExperimentReport<'_>) -> Vec<Figure> {
     frames
         .into_iter()
         .map(|(group, placed, x)| {
-            let names = distinct(placed.iter().map(|(_, entry)| value(entry, rows)));
+            let names = distinct(placed.iter().map(|(_, entry)| entry.value(rows)));
             let curve = |name: String| Curve {
-                samples: placed.iter().filter(|(_, e)| value(e, rows) == name).map(|(x, e)| sample(*x, e)).collect(),
+                samples: placed.iter().filter(|(_, e)| e.value(rows) == name).map(|(x, e)| sample(*x, e)).collect(),
                 name: if numbers(&[name.as_str()]).is_some() { format!("{} {name}", rows.name()) } else { name },
             };
             let curves =
@@ -86,11 +93,11 @@ pub fn experiment_figures(report: &ExperimentReport<'_>) -> Vec<Figure> {
 }
 
 /// Where across an entry is.
-type Placed<'a> = (f64, &'a Entry);
+type Placed<'a> = (f64, &'a Count);
 
 /// Places entries at the numbers of an axis, or else at the names in order.
-fn placed<'a>(entries: &[&'a Entry], axis: Axis) -> (Vec<Placed<'a>>, Across) {
-    let values: Vec<String> = entries.iter().map(|entry| value(entry, axis)).collect();
+fn placed<'a>(entries: &[&'a Count], axis: Axis) -> (Vec<Placed<'a>>, Across) {
+    let values: Vec<String> = entries.iter().map(|entry| entry.value(axis)).collect();
     if let Some(numbers) = numbers(&values) {
         return (numbers.into_iter().zip(entries.iter().copied()).collect(), Across::Numbers(axis.name().to_owned()));
     }
@@ -101,7 +108,7 @@ fn placed<'a>(entries: &[&'a Entry], axis: Axis) -> (Vec<Placed<'a>>, Across) {
 }
 
 /// A frame for each kind of nuisance, over its level; the unspoilt scans are where it does nothing.
-fn nuisance_frames<'a>(plan: &Plan, entries: &'a [Entry]) -> Vec<(String, Vec<Placed<'a>>, Across)> {
+fn nuisance_frames<'a>(plan: &Plan, entries: &'a [Count]) -> Vec<(String, Vec<Placed<'a>>, Across)> {
     let kinds = distinct(plan.nuisances.iter().filter_map(|n| level(n).map(|(kind, ..)| kind.to_owned())));
     let frame = |kind: String| {
         let at = |nuisance: &Nuisance| match level(nuisance) {
@@ -109,7 +116,7 @@ fn nuisance_frames<'a>(plan: &Plan, entries: &'a [Entry]) -> Vec<(String, Vec<Pl
             None => plan.nuisances.iter().filter_map(level).find(|(of, ..)| *of == kind).map(|(.., nothing)| nothing),
         };
         let places: Vec<(String, f64)> = plan.nuisances.iter().filter_map(|n| Some((n.to_string(), at(n)?))).collect();
-        let place = |entry: &Entry| places.iter().find(|(name, _)| *name == value(entry, Axis::Nuisance)).map(|p| p.1);
+        let place = |entry: &Count| places.iter().find(|(name, _)| *name == entry.value(Axis::Nuisance)).map(|p| p.1);
         let mut placed: Vec<Placed<'_>> = entries.iter().filter_map(|entry| Some((place(entry)?, entry))).collect();
         placed.sort_by(|a, b| a.0.total_cmp(&b.0));
         (kind.clone(), placed, Across::Numbers(kind))
@@ -128,7 +135,7 @@ fn level(nuisance: &Nuisance) -> Option<(&'static str, f64, f64)> {
     }
 }
 
-pub(crate) fn sample(x: f64, entry: &Entry) -> Sample {
+pub(crate) fn sample(x: f64, entry: &Count) -> Sample {
     accuracy(x, entry.right, entry.total)
 }
 
@@ -139,16 +146,11 @@ pub(crate) fn accuracy(x: f64, right: usize, total: usize) -> Sample {
     Sample { x, y, interval: Some((100.0 * low, 100.0 * high)) }
 }
 
-fn value(entry: &Entry, axis: Axis) -> String {
-    let place = Axis::ALL.iter().position(|a| *a == axis).expect("an axis is among all of them");
-    entry.values[place].clone()
-}
-
 /// What tells an entry's frame from the others.
-fn rest(entry: &Entry, all: &[Entry], rows: Axis, columns: Axis) -> String {
-    let others = Axis::ALL.iter().enumerate().filter(|(_, axis)| **axis != rows && **axis != columns);
-    let varying = others.filter(|(i, _)| all.iter().any(|other| other.values[*i] != all[0].values[*i]));
-    varying.map(|(i, axis)| format!("{} {}", axis.name(), entry.values[i])).collect::<Vec<_>>().join(", ")
+fn rest(entry: &Count, all: &[Count], rows: Axis, columns: Axis) -> String {
+    let others = Axis::ALL.into_iter().filter(|axis| *axis != rows && *axis != columns);
+    let varying = others.filter(|axis| all.iter().any(|other| other.value(*axis) != all[0].value(*axis)));
+    varying.map(|axis| format!("{} {}", axis.name(), entry.value(axis))).collect::<Vec<_>>().join(", ")
 }
 
 fn numbers<S: AsRef<str>>(values: &[S]) -> Option<Vec<f64>> {

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 #[derive(Debug, ClapArgs)]
 pub(crate) struct BatchArgs {
-    /// A folder of scans, a table of pairs (.csv, .jsonl), or a folder with pairs.csv and scans/
+    /// A folder of scans, a table of pairs (.csv, .jsonl, .parquet), a folder with pairs.csv and scans/, or a dataset.toml
     pub(crate) input: PathBuf,
     /// Where to write results.jsonl, results.csv, run.json and configuration.toml
     #[arg(short, long, value_name = "DIR")]
@@ -19,9 +19,12 @@ pub(crate) struct BatchArgs {
     /// Pair each scan with the one before it, by file name (the same as --pairs sequential)
     #[arg(long)]
     pub(crate) sequential: bool,
-    /// For --pairs auto: with how many of the most similar scans each one is paired
-    #[arg(long, value_name = "K", default_value = "8")]
-    pub(crate) neighbors: usize,
+    /// For --pairs auto: with how many of the most similar scans each one is paired [default: 8]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) neighbors: Option<u32>,
+    /// Where the files of a dataset.toml are, if not beside it
+    #[arg(long, value_name = "DIR")]
+    pub(crate) data: Option<PathBuf>,
     /// Go on with a run that was stopped; rows that are there are kept
     #[arg(long)]
     pub(crate) resume: bool,

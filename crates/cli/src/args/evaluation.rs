@@ -7,17 +7,18 @@ use std::path::PathBuf;
 /// Which pairs a batch works on.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct DatasetArgs {
-    /// A folder, or a dataset.toml
-    pub(crate) dataset: PathBuf,
-    /// Where the files of the data set are, if not beside its description
+    /// Folders, or dataset.toml files
+    #[arg(required = true, value_name = "DATASET")]
+    pub(crate) datasets: Vec<PathBuf>,
+    /// Where the files of the data set are, if not beside its description; once for each data set, in their order
     #[arg(long, value_name = "DIR")]
-    pub(crate) data: Option<PathBuf>,
-    /// At most N pairs, evenly from all over the list
+    pub(crate) data: Vec<PathBuf>,
+    /// At most N pairs of each data set, evenly from all over its list
     #[arg(long, value_name = "N")]
     pub(crate) pairs: Option<usize>,
-    /// Only pairs whose scans share at least this much of their points, 0 to 1
-    #[arg(long, value_name = "X", default_value_t = 0.0)]
-    pub(crate) min_overlap: f64,
+    /// Only pairs whose scans share at least this much of their points, 0 to 1; if not given, as the data set says
+    #[arg(long, value_name = "X")]
+    pub(crate) min_overlap: Option<f64>,
 }
 
 /// What the results are shown in.
@@ -59,7 +60,7 @@ pub(crate) struct ExperimentArgs {
     pub(crate) experiment: String,
     #[command(flatten)]
     pub(crate) dataset: DatasetArgs,
-    /// Where to write NAME.md, NAME.csv and NAME-pairs.csv
+    /// Where to write NAME.md, NAME.csv and NAME-pairs.csv, and claims.md
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
     #[command(flatten)]
@@ -77,6 +78,9 @@ pub(crate) struct SimulateArgs {
     /// How many pairs
     #[arg(long, value_name = "N", default_value_t = 100)]
     pub(crate) pairs: usize,
+    /// A triangle mesh to scan instead of the built-in figurines; may be repeated
+    #[arg(long, value_name = "FILE")]
+    pub(crate) mesh: Vec<PathBuf>,
     /// The same seed gives the same data
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,

@@ -2,17 +2,21 @@
 
 mod align;
 mod batch;
+mod calibrate;
 mod config;
 mod evaluation;
 mod files;
+mod prior;
 mod reconstruct;
 mod stages;
 
-pub(crate) use align::{AlignArgs, DemoArgs};
+pub(crate) use align::{AlignArgs, DemoArgs, RefineArgs, ResultArgs, ViewpointArgs};
 pub(crate) use batch::{BatchArgs, MergeArgs, PairChoice};
+pub(crate) use calibrate::CalibrateArgs;
 pub(crate) use config::ConfigCommand;
 pub(crate) use evaluation::{DatasetArgs, EvaluateArgs, ExperimentArgs, PageArgs, SimulateArgs, SimulatedKind};
 pub(crate) use files::{ConvertArgs, InspectArgs};
+pub(crate) use prior::{LevelArgs, PriorArgs};
 pub(crate) use reconstruct::ReconstructArgs;
 pub(crate) use stages::{DescribeArgs, EstimateArgs, KeypointsArgs, MatchArgs, StageArgs};
 
@@ -36,10 +40,15 @@ pub(crate) struct Args {
 pub(crate) enum Command {
     /// Find the pose that maps SOURCE into the frame of TARGET
     Align(AlignArgs),
+    /// Make a rough pose exact, and say whether to believe it; nothing is searched for
+    ///
+    /// The pose is drawn in from up to 15 pr, from coarse to fine. The verdict is that of align, from the surfaces and from
+    /// how many of their correspondences agree; it is never ambiguous, because no other pose is looked at.
+    Refine(RefineArgs),
     /// Register many pairs of scans: a folder, a table of pairs, or a dataset (JSONL and CSV, one row a pair)
     ///
-    /// INPUT is a folder of scans, a table of pairs (CSV or JSONL: source,target and optionally id and the true pose), or a
-    /// folder with pairs.csv and scans/. Each scan is described once, with one working length for all of them (the median of
+    /// INPUT is a folder of scans, a table of pairs (CSV, JSONL or, if built in, Parquet: source,target and optionally id and
+    /// the true pose), a folder with pairs.csv and scans/, or a dataset.toml. Each scan is described once, with one working length for all of them (the median of
     /// what the scans would have alone). A scan that cannot be used, or a pair that is given up, is a row with an error; the
     /// rest goes on. Exit code 1 says that there are such rows. A congruent.toml in the folder is used.
     Batch(BatchArgs),
@@ -70,16 +79,24 @@ pub(crate) enum Command {
     Estimate(EstimateArgs),
     /// Register all pairs of a data set and compare with the truth
     ///
-    /// DATASET is a folder with pairs.csv and scans/, a folder with a dataset.toml, or such a file. A killed run
+    /// A DATASET is a folder with pairs.csv and scans/, a folder with a dataset.toml, or such a file. A killed run
     /// resumes where it was: pairs that the directory already has for the same configuration are skipped. Exit code 1
-    /// says that some pair had a file that could not be used.
+    /// says that some pair had a file or a truth that could not be used.
     Evaluate(EvaluateArgs),
-    /// Run an experiment of the paper on a data set
+    /// Run experiments of the paper on data sets
     ///
-    /// All metrics and thresholds rank the same stream of hypotheses. Experiments: iterations (figure 6), estimators
-    /// (table 2), thresholds (figure 7), threshold-rmse (figure 8), metrics (figure 10), nuisances and variants
-    /// (figures 12 and 13), time (figure 14). The chain is the preset paper, if no other is named.
+    /// All metrics and thresholds rank the same stream of hypotheses. Experiments: inliers (figure 5), iterations (figure
+    /// 6), estimators (table 2), thresholds (figure 7), threshold-rmse (figure 8), threshold-iterations (figure 9), metrics
+    /// (figure 10), nuisances and variants (figures 12 and 13), time (figure 14); all runs them together and shares their
+    /// work. claims.md says which of the paper's claims hold. The chain is the preset paper, if no other is named. Exit code
+    /// 1 says that some pair was left out.
     Experiment(ExperimentArgs),
+    /// Measure how far the confidence can be trusted, and fit its coefficients
+    ///
+    /// Registers the pairs of the data sets (as they came, moved, and those that are not listed because they share too
+    /// little), pairs of scans of different data sets, and simulated ones, among them shapes that leave the pose open. Writes
+    /// the coefficients for [verdict.dense.calibration], and cross-validated figures. A killed run resumes where it was.
+    Calibrate(CalibrateArgs),
     /// Make a data set with exact truth
     Simulate(SimulateArgs),
     /// Say what a scan file holds

@@ -18,7 +18,7 @@ pub(crate) struct ReconstructArgs {
     pub(crate) pairs: Option<PairChoice>,
     /// For --pairs auto: with how many of the most similar scans each one is paired
     #[arg(long, value_name = "K", default_value = "8")]
-    neighbors: usize,
+    neighbors: u32,
     /// Thin the merged clouds with cells of this side, data units
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     pub(crate) voxel: Option<f64>,
@@ -46,7 +46,8 @@ impl ReconstructArgs {
             output: self.output.clone(),
             pairs: Some(pairs),
             sequential: false,
-            neighbors: self.neighbors,
+            neighbors: (pairs == PairChoice::Auto).then_some(self.neighbors),
+            data: None,
             resume: self.resume,
             shard: "1/1".parse().expect("the whole is a share"),
             time_limit: self.time_limit,

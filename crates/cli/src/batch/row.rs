@@ -137,66 +137,6 @@ impl Row {
             ),
         }
     }
-
-    pub(super) fn csv_header() -> String {
-        let mut names: Vec<String> = [
-            "id",
-            "source",
-            "target",
-            "status",
-            "verdict",
-            "reason",
-            "error",
-            "confidence",
-            "overlap",
-            "rotation_error_deg",
-            "centre_error",
-        ]
-        .map(str::to_owned)
-        .to_vec();
-        names.extend((0..16).map(|at| format!("m{}{}", at / 4, at % 4)));
-        for name in ["points", "sampled", "keypoints", "described"] {
-            names.extend(["source", "target"].map(|side| format!("{name}_{side}")));
-        }
-        names.extend(
-            [
-                "correspondences",
-                "trials",
-                "poses",
-                "inliers",
-                "resolution",
-                "seed",
-                "configuration",
-                "version",
-                "seconds",
-            ]
-            .map(str::to_owned),
-        );
-        names.join(",")
-    }
-
-    /// The same as a CSV line; fields without a value are empty.
-    pub(super) fn csv(&self) -> String {
-        let number = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:?}"));
-        let word = |value: &Option<String>| quoted(value.as_deref().unwrap_or_default());
-        let mut fields =
-            vec![quoted(&self.id), quoted(&self.source), quoted(&self.target), self.status.name().to_owned()];
-        fields.extend([word(&self.verdict), word(&self.reason), word(&self.error)]);
-        fields.extend([self.confidence, self.overlap, self.rotation_error_deg, self.centre_error].map(number));
-        fields.extend((0..16).map(|at| number(self.target_from_source.map(|rows| rows[at / 4][at % 4]))));
-        match &self.counts {
-            Some(c) => {
-                let twos = [c.points, c.sampled, c.keypoints, c.described];
-                fields.extend(twos.as_flattened().iter().map(usize::to_string));
-                fields.extend([c.correspondences.to_string(), c.trials.to_string()]);
-                fields.extend([c.poses, c.inliers].map(|n| n.to_string()));
-            }
-            None => fields.extend(std::iter::repeat_n(String::new(), 12)),
-        }
-        fields.extend([number(self.resolution), self.seed.to_string()]);
-        fields.extend([quoted(&self.configuration), quoted(&self.version), number(self.timings.get("total").copied())]);
-        fields.join(",")
-    }
 }
 
 /// Degrees, and how far the middle of the source is from where it should be, data units.
@@ -205,19 +145,9 @@ fn errors(pose: &RigidTransform, truth: &RigidTransform, centre: Vector3<f64>) -
     (angle_between(pose, truth).to_degrees(), (pose * centre - truth * centre).norm())
 }
 
-/// In quotes where it would otherwise be taken for more than one field.
-fn quoted(field: &str) -> String {
-    if field.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", field.replace('"', "\"\"").replace(['\n', '\r'], " "))
-    } else {
-        field.to_owned()
-    }
-}
-
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::batch::input::fields;
 
     /// A row of a pair that could not be run.
     pub(in crate::batch) fn broken(id: &str) -> Row {
@@ -227,13 +157,8 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_row_survives_json_and_has_a_field_for_each_column() {
+    fn a_row_survives_json() {
         let row = broken("a--b");
         assert_eq!(serde_json::from_str::<Row>(&row.json()).unwrap(), row);
-        let (names, values) = (fields(&Row::csv_header()), fields(&row.csv()));
-        assert_eq!(names.len(), values.len());
-        let value = |name: &str| values[names.iter().position(|n| n == name).unwrap()].as_str();
-        assert_eq!((value("target"), value("status"), value("seed")), ("b,c.ply", "error", "7"));
-        assert_eq!((value("error"), value("seconds")), ("a.ply: line 3, \"x\" is no number", "1.5"));
     }
 }

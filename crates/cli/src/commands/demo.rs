@@ -1,6 +1,6 @@
 //! `congruent demo`: a first run that needs no data.
 
-use super::align::{Aligned, align, write_moved, write_page};
+use super::align::{Aligned, align, unbounded, write_moved, write_page};
 use crate::args::DemoArgs;
 use crate::output;
 use anyhow::{Context, Result};
@@ -37,7 +37,7 @@ pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
         100.0 * pair.overlap
     ));
 
-    let aligned = align(Pair { source: &source, target: &target }, Pair::default(), &args.run)?;
+    let aligned = align(Pair { source: &source, target: &target }, Pair::default(), &args.run, &unbounded)?;
     output::data(&aligned.report.summary());
     write_file(&directory.join("result.json"), format!("{}\n", aligned.report.json()).as_bytes())?;
     let files = Pair { source: source.as_path(), target: target.as_path() };

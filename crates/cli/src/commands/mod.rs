@@ -14,12 +14,13 @@ mod keypoints;
 mod matching;
 mod pages;
 mod reconstruct;
+mod refine;
 mod show;
 mod simulate;
 mod stages;
 
 use crate::args::{Args, Command};
-use crate::batch;
+use crate::{batch, calibration};
 use anyhow::{Context, Result};
 use congruent_geometry::{RawScan, Scan};
 use std::path::Path;
@@ -29,6 +30,7 @@ use std::process::ExitCode;
 pub(crate) fn run(args: Args) -> Result<ExitCode> {
     match args.command {
         Command::Align(args) => align::run(&args),
+        Command::Refine(args) => refine::run(&args),
         Command::Batch(args) => batch::run(&args),
         Command::Merge(args) => batch::merge(&args),
         Command::Reconstruct(args) => reconstruct::run(&args),
@@ -38,6 +40,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Estimate(args) => estimate::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Experiment(args) => experiment::run(&args),
+        Command::Calibrate(args) => calibration::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Convert(args) => convert::run(&args),

@@ -21,7 +21,7 @@ pub(crate) fn run(args: &ReconstructArgs) -> Result<ExitCode> {
     directories(&args.folder).iter().for_each(|path| {
         output::remark(&format!("warning: {}: is a directory and not taken for a scan", path.display()));
     });
-    let n_scans = Input::find(&args.folder, Some(PairChoice::All))?.scans.len();
+    let n_scans = Input::find(&args.folder, Some(PairChoice::All), None)?.scans.len();
     let choice = if n_scans <= ALL_PAIRS_UP_TO { PairChoice::All } else { PairChoice::Auto };
     batch::run_then(&args.batch(args.pairs.unwrap_or(choice)), &|ended| reconstructed(args, ended))
 }

@@ -1,6 +1,6 @@
 //! `congruent evaluate --show`: one pair of a data set, in 3D, with the errors of all points against the truth.
 
-use super::align::{align, names_of};
+use super::align::{align, names_of, unbounded};
 use super::dataset::select;
 use crate::args::{EvaluateArgs, RunArgs};
 use crate::output;
@@ -13,7 +13,8 @@ use std::process::ExitCode;
 pub(super) fn run(args: &EvaluateArgs, wanted: &str) -> Result<ExitCode> {
     let path = args.page.report.as_ref().context("--show needs --report FILE for its page")?;
     let selected = select(&args.dataset)?;
-    let pair = find(&selected.pairs, wanted)?;
+    let pairs: Vec<&TruePair> = selected.iter().flat_map(|set| &set.pairs).collect();
+    let pair = find(&pairs, wanted)?;
     let files = Pair { source: pair.source_file.as_path(), target: pair.target_file.as_path() };
     let ways: Vec<(String, RunArgs)> = match args.metrics.as_slice() {
         [] => vec![(String::new(), args.run.clone())],
@@ -21,7 +22,7 @@ pub(super) fn run(args: &EvaluateArgs, wanted: &str) -> Result<ExitCode> {
     };
     let mut answers = Vec::new();
     for (name, run) in &ways {
-        let aligned = align(files, Pair::default(), run)?;
+        let aligned = align(files, Pair::default(), run, &unbounded)?;
         output::data(format!("{name}\n{}", aligned.report.summary()).trim_start_matches('\n'));
         let text = toml::to_string(&aligned.config)?;
         answers.push((name.clone(), aligned, text));
@@ -37,13 +38,13 @@ pub(super) fn run(args: &EvaluateArgs, wanted: &str) -> Result<ExitCode> {
 }
 
 /// The pair of that name.
-fn find<'a>(pairs: &'a [TruePair], wanted: &str) -> Result<&'a TruePair> {
-    let name = |pair: &TruePair| format!("{},{}", pair.source, pair.target);
-    match pairs.iter().find(|pair| name(pair) == wanted) {
+fn find<'a>(pairs: &[&'a TruePair], wanted: &str) -> Result<&'a TruePair> {
+    let name = |pair: &&TruePair| format!("{},{}", pair.source, pair.target);
+    match pairs.iter().copied().find(|pair| name(pair) == wanted) {
         Some(pair) => Ok(pair),
         None => {
             let some: Vec<String> = pairs.iter().take(5).map(name).collect();
-            bail!("{wanted}: the data set has no such pair; there are {} pairs: {} …", pairs.len(), some.join(" "))
+            bail!("{wanted}: there is no such pair; there are {} pairs: {} …", pairs.len(), some.join(" "))
         }
     }
 }

@@ -4,12 +4,10 @@ use crate::batch::Ended;
 use congruent_geometry::{RigidTransform, Surface, uncentred, wide};
 use congruent_multiway::{Contact, Node, Touch};
 use congruent_pipeline::Variant;
-use congruent_refinement::{PointToPlane, Refinement};
+use congruent_refinement::{Freedom, PointToPlane, Refinement, Refiner, Schedule};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-/// Points of a scan that others are laid on.
-const FIXED_POINTS: usize = 60_000;
 /// Points of a scan that are laid on others.
 const MOVING_POINTS: usize = 4000;
 /// Points that are looked at first, to leave scans alone that are nowhere near.
@@ -28,7 +26,7 @@ const LAST_REACH: f64 = 1.5;
 /// Cosine that the normals of touching points must have.
 const MIN_NORMAL_COSINE: f64 = 0.5;
 
-/// All scans of a run as they came, in the order of the input.
+/// All scans of a run, sampled, in the order of the input.
 pub(crate) struct Surfaces {
     scans: Vec<Option<Dense>>,
     pr: f64,
@@ -49,7 +47,7 @@ impl Surfaces {
     pub(crate) fn of(ended: &Ended<'_>, pr: f64) -> Surfaces {
         let dense = |at: usize| {
             let described = ended.survey.described(ended.input, ended.cache, at, Variant::default()).ok()?;
-            let surface = described.dense(FIXED_POINTS)?;
+            let surface = described.surface()?.clone();
             let turned = surface.clone().flipped();
             Some(Dense { surface, turned, sure: described.side_is_sure(), origin: *described.origin() })
         };
@@ -79,10 +77,8 @@ impl Surfaces {
 
     /// How two scans touch under a pose that may still be rough.
     pub(crate) fn touch(&self, source: usize, target: usize, pose: &RigidTransform) -> Option<Touch> {
-        self.best(source, target, pose, FIRST_REACH, |icp, moving, fixed| {
-            icp.measure(moving, fixed, fixed.index(), pose)
-        })
-        .map(|refinement| touch_of(&refinement))
+        self.best(source, target, pose, FIRST_REACH, |icp, moving, fixed| icp.measure(moving, fixed, pose))
+            .map(|refinement| touch_of(&refinement))
     }
 
     /// Share of the source's points that touch the target.
@@ -105,14 +101,17 @@ impl Surfaces {
         if !near(&moving.surface, &fixed.surface, pose, reach) {
             return None;
         }
-        let icp = PointToPlane {
+        let schedule = Schedule {
             start_radius: reach,
             end_radius: reach,
-            iterations: 1,
+            scale: 0.5 * reach,
+            rounds: 1,
             max_points: MOVING_POINTS,
             min_normal_cosine: MIN_NORMAL_COSINE,
             tolerance: 0.0,
+            freedom: Freedom::All,
         };
+        let icp = PointToPlane { schedule };
         let sides = [Some(&moving.surface), (!(moving.sure && fixed.sure)).then_some(&moving.turned)];
         let found = sides.into_iter().flatten().map(|surface| look(&icp, surface, &fixed.surface));
         let best = found.reduce(|a, b| if b.support > a.support { b } else { a })?;
@@ -144,8 +143,7 @@ fn touch_of(refinement: &Refinement) -> Touch {
 
 impl Contact for Surfaces {
     fn measure(&self, source: usize, target: usize, pose: &RigidTransform) -> Option<Touch> {
-        let look =
-            |icp: &PointToPlane, moving: &Surface, fixed: &Surface| icp.measure(moving, fixed, fixed.index(), pose);
+        let look = |icp: &PointToPlane, moving: &Surface, fixed: &Surface| icp.measure(moving, fixed, pose);
         self.best(source, target, pose, LAST_REACH, look).map(|refinement| touch_of(&refinement))
     }
 
@@ -158,8 +156,7 @@ impl Contact for Surfaces {
         round: usize,
     ) -> Option<(RigidTransform, Touch)> {
         let reach = (FIRST_REACH * SHRINKING.powf(round as f64)).max(LAST_REACH);
-        let look =
-            |icp: &PointToPlane, moving: &Surface, fixed: &Surface| icp.refine(moving, fixed, fixed.index(), pose);
+        let look = |icp: &PointToPlane, moving: &Surface, fixed: &Surface| icp.refine(moving, fixed, pose);
         let refinement = self.best(source, target, pose, reach, look)?;
         Some((refinement.target_from_source, touch_of(&refinement)))
     }

@@ -52,7 +52,8 @@ impl Bars {
         let mut mesh = chart.configure_mesh();
         mesh.disable_x_mesh().max_light_lines(0).bold_line_style(FAINT).axis_style(INK);
         mesh.label_style(font(TEXT)).axis_desc_style(font(TEXT));
-        mesh.x_label_formatter(&label).y_label_formatter(&count).x_desc(name).y_desc("pairs").draw()?;
+        mesh.x_label_formatter(&label).y_label_formatter(&count).x_desc(name).y_desc("pairs");
+        mesh.y_labels((most as usize + 1).min(8)).draw()?;
         let style = colour(TARGET).mix(0.85).filled();
         chart.draw_series(self.counts.iter().enumerate().filter(|(_, n)| **n > 0).map(|(i, n)| {
             let mut bar = Rectangle::new([(edge(i), 0.0), (edge(i + 1), *n as f64)], style);

@@ -3,11 +3,12 @@
 use super::{Area, Drawn, FAINT, INK, SIZE, TEXT, colour, font, svg};
 use crate::palette::scan_colour;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Width of the legend, pixels.
 const LEGEND: u32 = 150;
-/// Names this long are written upright.
-const LONG: usize = 6;
+/// Letters of names that fit side by side under a plot.
+const LETTERS: usize = 56;
 /// Intervals of neighbouring curves are drawn this share of the width apart.
 const DODGE: f64 = 0.004;
 
@@ -51,26 +52,28 @@ impl Curves {
     fn draw(&self, area: &Area<'_>) -> Drawn {
         let (plot, _) = area.split_horizontally(SIZE.0 - LEGEND);
         let (low, high) = self.span();
-        let upright = matches!(&self.x, Axis::Names(names) if names.iter().any(|name| name.len() > LONG));
+        let below = self.room_below();
         let mut chart = ChartBuilder::on(&plot)
             .margin(12)
-            .x_label_area_size(if upright { 130 } else { 44 })
+            .x_label_area_size(below)
             .y_label_area_size(52)
             .build_cartesian_2d(low..high, self.range.0..self.range.1)?;
-        let name_at = |x: &f64| self.label(*x);
-        let style = if upright { font(12).transform(FontTransform::Rotate90) } else { font(TEXT) };
-        let ticks = match &self.x {
-            Axis::Numbers(_) => 8,
-            Axis::Names(names) => names.len() + 2,
-        };
         let mut mesh = chart.configure_mesh();
         mesh.disable_x_mesh().max_light_lines(0).bold_line_style(FAINT).axis_style(INK);
-        mesh.label_style(font(TEXT)).x_label_style(style).axis_desc_style(font(TEXT));
-        mesh.x_labels(ticks).x_label_formatter(&name_at).y_desc(self.y);
-        if let Axis::Numbers(name) = &self.x {
-            mesh.x_desc(name.as_str());
-        }
+        mesh.label_style(font(TEXT)).axis_desc_style(font(TEXT)).y_desc(self.y);
+        mesh.y_label_formatter(&number).x_label_formatter(&number);
+        match &self.x {
+            Axis::Numbers(name) => mesh.x_labels(8).x_desc(name.as_str()),
+            // The names are written afterwards: plotters puts turned ones across the axis.
+            Axis::Names(_) => mesh.x_labels(0),
+        };
         mesh.draw()?;
+        if let Axis::Names(names) = &self.x {
+            for (i, name) in names.iter().enumerate() {
+                let (x, y) = chart.backend_coord(&(i as f64, self.range.0));
+                area.draw(&Text::new(name.clone(), (x, y + 8), self.name_style()))?;
+            }
+        }
         for (i, curve) in self.curves.iter().enumerate() {
             let look = Look::of(i);
             let shift = (i as f64 - 0.5 * (self.curves.len() - 1) as f64) * DODGE * (high - low);
@@ -119,13 +122,28 @@ impl Curves {
         (low - margin, high + margin)
     }
 
-    fn label(&self, x: f64) -> String {
-        match &self.x {
-            Axis::Numbers(_) => format!("{}", (x * 1e6).round() / 1e6),
-            Axis::Names(names) if x.fract() == 0.0 && x >= 0.0 => names.get(x as usize).cloned().unwrap_or_default(),
-            Axis::Names(_) => String::new(),
+    /// The longest name, where names do not fit side by side.
+    fn upright(&self) -> Option<usize> {
+        let Axis::Names(names) = &self.x else { return None };
+        let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+        (longest * names.len() > LETTERS).then_some(longest)
+    }
+
+    fn room_below(&self) -> u32 {
+        self.upright().map_or(44, |letters| 20 + 7 * letters.min(24) as u32)
+    }
+
+    fn name_style(&self) -> TextStyle<'static> {
+        match self.upright() {
+            Some(_) => font(12).transform(FontTransform::Rotate90).pos(Pos::new(HPos::Left, VPos::Center)),
+            None => font(TEXT).pos(Pos::new(HPos::Center, VPos::Top)),
         }
     }
+}
+
+/// Without the digits that binary fractions leave.
+fn number(x: &f64) -> String {
+    ((x * 1e6).round() / 1e6).to_string()
 }
 
 /// How the `i`-th curve is drawn.

@@ -33,7 +33,7 @@ pub fn pair_page(report: &PairReport<'_>) -> Page {
     let mut blocks = vec![
         report.verdict(),
         Block::Views(vec![(report.caption(), report.scene())]),
-        Block::Section("Figures".to_owned()),
+        Block::Section("In numbers".to_owned()),
         Block::Facts(report.facts()),
         Block::Section("Pose".to_owned()),
     ];
@@ -152,4 +152,48 @@ fn significant(value: f64) -> String {
     }
     let digits = 3 - value.abs().log10().floor() as i32;
     format!("{value:.*}", digits.clamp(0, 12) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Layer;
+    use congruent_pipeline::{Prior, register_traced};
+    use congruent_simulation::pair::{PairOptions, figurine_pair};
+
+    #[test]
+    fn a_right_answer_has_small_errors_and_as_many_inliers_as_it_says() {
+        let pair = figurine_pair(&PairOptions { pixels: 120, view_angle: 0.3, ..PairOptions::default() });
+        let scans = Pair { source: &pair.source, target: &pair.target }.into_map(|raw| Scan::new(raw).unwrap());
+        let config = PipelineConfig::default();
+        let (registration, trace) = register_traced(scans.as_ref(), &Prior::default(), &config, &|_| ());
+        let report = |truth| PairReport {
+            names: Pair { source: "a", target: "b" },
+            scans: scans.as_ref(),
+            registration: &registration,
+            trace: &trace,
+            config: &config,
+            config_text: "",
+            truth,
+            version: "",
+        };
+        let judged = report(Some(&pair.target_from_source));
+        assert!(judged.rmse_pr().unwrap() < 1.0);
+        let errors = judged.point_errors();
+        let known: Vec<f32> = errors.iter().copied().filter(|e| !e.is_nan()).collect();
+        assert_eq!(errors.len(), scans.source.points().len());
+        assert!(known.len() > errors.len() / 2 && known.len() < errors.len() && known.iter().all(|e| *e < 2.0));
+        let scene = judged.scene();
+        let Some(Layer::Lines(inliers)) = scene.layers.get(2) else { panic!() };
+        assert_eq!(inliers.segments.len(), registration.counts.inliers);
+        let names: Vec<&str> = scene.states.iter().map(|state| state.name.as_str()).collect();
+        assert_eq!(names, ["as scanned", "true pose", "aligned"]);
+        // Without a truth, only points with a target point within ten resolutions have a number.
+        assert!(report(None).point_errors().iter().all(|e| e.is_nan() || *e <= 10.0));
+    }
+
+    #[test]
+    fn numbers_have_four_digits() {
+        assert_eq!([0.351_24, 1234.5, 0.0, 0.000_012_34].map(significant), ["0.3512", "1234", "0", "0.00001234"]);
+    }
 }

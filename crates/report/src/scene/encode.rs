@@ -144,3 +144,79 @@ pub(crate) fn spread<T>(all: &[T], at_most: usize) -> impl Iterator<Item = &T> {
     let kept = all.len().min(at_most);
     (0..kept).map(move |i| &all[i * all.len() / kept])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::State;
+    use congruent_geometry::RigidTransform;
+
+    /// Where the viewer would draw the `i`-th vertex in a state.
+    fn drawn(layer: &Value, state: usize, i: usize) -> Vector3<f64> {
+        let raw = STANDARD.decode(layer["positions"].as_str().unwrap()).unwrap();
+        let step =
+            |axis: usize| f64::from(u16::from_le_bytes([raw[6 * i + 2 * axis], raw[6 * i + 2 * axis + 1]])) / STEPS;
+        let ends = layer["motions"][state].as_array().unwrap();
+        let numbers: Vec<f64> = ends[i % ends.len()].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+        Matrix4::from_column_slice(&numbers).transform_point(&Point3::new(step(0), step(1), step(2))).coords
+    }
+
+    fn scene() -> Scene {
+        let far = Vector3::new(5e5, 5.4e6, 300.0);
+        let points: Vec<Point3<f64>> = (0..100)
+            .map(|i| Point3::from(far + Vector3::new(f64::from(i), f64::from(i % 7), f64::from(i % 3))))
+            .collect();
+        let turn = RigidTransform::new(Vector3::new(-4e5, 1.0, 2.0), Vector3::new(0.0, 0.0, 0.4));
+        let state = |name: &str, first| State { name: name.to_owned(), frame_from_body: vec![first] };
+        let errors = (0..100).map(|i| if i == 3 { f32::NAN } else { i as f32 }).collect();
+        let cloud =
+            Points { name: "a".to_owned(), body: 0, points: points.clone(), colour: "#000000".to_owned(), errors };
+        let segments = points.iter().map(|p| [*p, p + Vector3::new(0.0, 0.0, 9.0)]).collect();
+        let lines = Lines { name: "b".to_owned(), bodies: [0, 1], segments, colour: "#000000".to_owned(), shown: true };
+        Scene {
+            states: vec![state("before", RigidTransform::identity()), state("after", turn)],
+            layers: vec![Layer::Points(cloud), Layer::Lines(lines)],
+            errors: Some(crate::Errors {
+                name: String::new(),
+                unit: String::new(),
+                saturation: 10.0,
+                grey: String::new(),
+            }),
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn vertices_are_drawn_where_their_bodies_are_to_a_step_of_their_box() {
+        let scene = scene();
+        let (json, (middle, _)) = (scene.json(), scene.focus());
+        let [Layer::Points(cloud), Layer::Lines(lines)] = &scene.layers[..] else { panic!() };
+        // A box of 100 × 6 × 2, in 65 535 steps; and what is left of `f64` so far from the origin.
+        let tolerance = 100.0 / STEPS;
+        for state in 0..2 {
+            for i in 0..100 {
+                let expected = (scene.motion(state, 0) * cloud.points[i]).coords - middle;
+                assert!((drawn(&json["layers"][0], state, i) - expected).norm() < tolerance, "{state} {i}");
+                for end in 0..2 {
+                    let expected = (scene.motion(state, end) * lines.segments[i][end]).coords - middle;
+                    assert!(
+                        (drawn(&json["layers"][1], state, 2 * i + end) - expected).norm() < tolerance,
+                        "{state} {i}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn errors_saturate_and_nan_is_told_apart() {
+        let errors = STANDARD.decode(scene().json()["layers"][0]["errors"].as_str().unwrap()).unwrap();
+        assert_eq!((errors[0], errors[5], errors[10], errors[99], errors[3]), (0, 127, 254, 254, NO_ERROR));
+    }
+
+    #[test]
+    fn a_part_is_taken_evenly() {
+        assert_eq!(spread(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9], 4).copied().collect::<Vec<i32>>(), [0, 2, 5, 7]);
+        assert_eq!(spread::<i32>(&[], 4).count(), 0);
+    }
+}
