@@ -15,6 +15,7 @@ const ANYTHING: &[&str] = &[
     "pipeline",
     "simulation",
     "evaluation",
+    "multiway",
     "report",
 ];
 
@@ -30,6 +31,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("refinement", &["geometry"]),
     ("pipeline", &["geometry", "keypoints", "descriptors", "matching", "metrics", "estimators", "refinement"]),
     ("simulation", &["geometry"]),
+    ("multiway", &["geometry"]),
     (
         "evaluation",
         &[

@@ -36,6 +36,7 @@ fn help_is_as_it_was() {
         vec!["refine", "--help"],
         vec!["batch", "--help"],
         vec!["merge", "--help"],
+        vec!["reconstruct", "--help"],
         vec!["inspect", "--help"],
         vec!["convert", "--help"],
         vec!["config", "--help"],

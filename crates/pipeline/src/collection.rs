@@ -219,6 +219,24 @@ impl DescribedScan {
         })
     }
 
+    /// What was subtracted from the file's coordinates.
+    #[must_use]
+    pub fn origin(&self) -> &Vector3<f64> {
+        &self.origin
+    }
+
+    /// The sampled points with their normals, centred coordinates; nothing where the scan could not be sampled.
+    #[must_use]
+    pub fn surface(&self) -> Option<&Surface> {
+        Some(&self.described.as_ref().ok()?.surface)
+    }
+
+    /// Whether the side that the normals point to is sure.
+    #[must_use]
+    pub fn side_is_sure(&self) -> bool {
+        self.described.as_ref().is_ok_and(|described| described.oriented.sure)
+    }
+
     /// The mean of all descriptors, in single length: a rough word on what the scan shows. Empty where there are none.
     #[must_use]
     pub fn signature(&self) -> Vec<f64> {

@@ -138,6 +138,7 @@ fn refinement(pose: RigidTransform, equations: &Equations) -> Refinement {
         n_pairs: equations.n_pairs,
         residual: equations.residual(),
         support: equations.weight,
+        information: equations.information,
         hold: equations.hold(Freedom::All),
         uncertainty: None,
     }

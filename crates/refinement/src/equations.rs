@@ -18,7 +18,7 @@ pub(crate) const MIN_STIFFNESS: f64 = 0.006;
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Equations {
     /// Of the distances that the method looks at.
-    information: Matrix6<f64>,
+    pub(crate) information: Matrix6<f64>,
     gradient: Vector6<f64>,
     /// Of the distances to the tangent planes alone: what really holds.
     planes: Matrix6<f64>,

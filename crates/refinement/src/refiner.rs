@@ -2,6 +2,7 @@
 
 use crate::{Hold, Uncertainty};
 use congruent_geometry::{RigidTransform, Surface};
+use nalgebra::Matrix6;
 
 /// Makes a rough pose exact.
 pub trait Refiner: Send + Sync {
@@ -22,6 +23,8 @@ pub struct Refinement {
     pub residual: f64,
     /// Sum of the robust weights: how much of the surface touches, the closer the more.
     pub support: f64,
+    /// `JᵀWJ` of the pairs; rotation (about the target frame's origin) before translation.
+    pub information: Matrix6<f64>,
     /// How firmly the pairs hold the pose.
     pub hold: Hold,
     /// How good the pose is, where it was refined.
@@ -39,6 +42,7 @@ impl Refiner for NoRefinement {
             n_pairs: 0,
             residual: 0.0,
             support: 0.0,
+            information: Matrix6::zeros(),
             hold: Hold::NONE,
             uncertainty: None,
         }

@@ -75,13 +75,13 @@ fn scaled(text: &str, suffixes: &[(&str, f64)]) -> Option<f64> {
     number.trim().parse::<f64>().ok().map(|value| value * scale).filter(|value| value.is_finite() && *value > 0.0)
 }
 
-fn duration(text: &str) -> Result<Duration, String> {
+pub(super) fn duration(text: &str) -> Result<Duration, String> {
     let seconds = scaled(text, &[("s", 1.0), ("m", 60.0), ("h", 3600.0)]);
     let time = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
     time.ok_or_else(|| "write a time above zero, as in 90s, 5m or 1h".to_owned())
 }
 
-fn bytes(text: &str) -> Result<u64, String> {
+pub(super) fn bytes(text: &str) -> Result<u64, String> {
     let scale = |power: i32| 1024f64.powi(power);
     let size = scaled(text, &[("K", scale(1)), ("M", scale(2)), ("G", scale(3)), ("T", scale(4))]);
     size.map(|size| size as u64).ok_or_else(|| "write a size above zero, as in 500M or 4G".to_owned())

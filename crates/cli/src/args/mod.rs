@@ -7,6 +7,7 @@ mod config;
 mod evaluation;
 mod files;
 mod prior;
+mod reconstruct;
 mod stages;
 
 pub(crate) use align::{AlignArgs, DemoArgs, RefineArgs, ResultArgs, ViewpointArgs};
@@ -16,6 +17,7 @@ pub(crate) use config::ConfigCommand;
 pub(crate) use evaluation::{DatasetArgs, EvaluateArgs, ExperimentArgs, PageArgs, SimulateArgs, SimulatedKind};
 pub(crate) use files::{ConvertArgs, InspectArgs};
 pub(crate) use prior::{LevelArgs, PriorArgs};
+pub(crate) use reconstruct::ReconstructArgs;
 pub(crate) use stages::{DescribeArgs, EstimateArgs, KeypointsArgs, MatchArgs, StageArgs};
 
 use clap::{Args as ClapArgs, Parser, Subcommand};
@@ -52,6 +54,12 @@ pub(crate) enum Command {
     Batch(BatchArgs),
     /// Join the parts of a batch that was run with --shard
     Merge(MergeArgs),
+    /// Put all scans of a folder into one frame: poses, a merged cloud, a report
+    ///
+    /// The pairs are registered as by batch. Loops of three and a robust pose graph tell right pairs from wrong ones, then all
+    /// scans that touch are refined together. Scans that nothing holds together stay apart: each component has a frame of its
+    /// own, that of its first scan. Exit code 1 says that there are several, or scans without a place.
+    Reconstruct(ReconstructArgs),
     /// Find the points of SCAN that are worth describing (CSV)
     ///
     /// One scan has no partner: pr is its own resolution here, not the mean of two. --resolution says what pr is, and

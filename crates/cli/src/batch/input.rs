@@ -19,21 +19,21 @@ const SCAN_FOLDER: &str = "scans";
 
 /// Scans, and which pairs of them are wanted: one at least.
 #[derive(Debug)]
-pub(super) struct Input {
+pub(crate) struct Input {
     /// Where a `congruent.toml` is looked for.
     pub(super) folder: PathBuf,
     /// In the order of their names (a folder) or of their first use (a table).
-    pub(super) scans: Vec<ScanFile>,
+    pub(crate) scans: Vec<ScanFile>,
     pub(super) wanted: Wanted,
     /// What is odd about it, for the user to read.
     pub(super) remarks: Vec<String>,
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct ScanFile {
+pub(crate) struct ScanFile {
     /// As the table has it, or the file's name in the folder.
-    pub(super) name: String,
-    pub(super) path: PathBuf,
+    pub(crate) name: String,
+    pub(crate) path: PathBuf,
 }
 
 /// Which pairs.
@@ -58,7 +58,7 @@ impl From<PairChoice> for Wanted {
 impl Input {
     /// Looks at what the path leads to. A choice of pairs comes before those that a folder lists. `data` is where the
     /// files of a data set are, if not beside its description.
-    pub(super) fn find(path: &Path, choice: Option<PairChoice>, data: Option<&Path>) -> Result<Input> {
+    pub(crate) fn find(path: &Path, choice: Option<PairChoice>, data: Option<&Path>) -> Result<Input> {
         let is_folder = path.is_dir();
         let described = path.join(DATASET);
         let input = if is_folder && described.is_file() {

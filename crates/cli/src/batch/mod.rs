@@ -26,16 +26,18 @@ use crate::args::BatchArgs;
 use crate::layers::{self, Sources};
 use crate::output;
 use anyhow::{Result, bail};
-use cache::Cache;
+pub(crate) use cache::Cache;
 use congruent_pipeline::PipelineConfig;
 use crew::Crew;
-use input::{Input, Wanted};
+pub(crate) use input::Input;
+use input::Wanted;
 use pairs::Job;
 use results::{Results, Run};
+pub(crate) use row::Row;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use survey::Survey;
+pub(crate) use survey::Survey;
 use work::Work;
 
 /// Some pair ended with an error, or was given up.
@@ -48,6 +50,23 @@ const CACHE_SHARE: f64 = 0.5;
 const NEIGHBORS: u32 = 8;
 
 pub(crate) fn run(args: &BatchArgs) -> Result<ExitCode> {
+    run_then(args, &|ended| Ok(if ended.errors > 0 { ExitCode::from(SOME_FAILED) } else { ExitCode::SUCCESS }))
+}
+
+/// All pairs of a run that was not interrupted, and what was made for them.
+pub(crate) struct Ended<'a> {
+    pub(crate) input: &'a Input,
+    pub(crate) survey: &'a Survey,
+    pub(crate) cache: &'a Cache,
+    pub(crate) threads: usize,
+    /// Sorted by id.
+    pub(crate) rows: Vec<Row>,
+    /// Rows without a verdict.
+    pub(crate) errors: usize,
+}
+
+/// Registers the pairs; the exit code is that of what is done with them.
+pub(crate) fn run_then(args: &BatchArgs, then: &dyn Fn(&Ended<'_>) -> Result<ExitCode>) -> Result<ExitCode> {
     let input = Input::find(&args.input, args.wanted(), args.data.as_deref())?;
     if args.neighbors.is_some() && !matches!(input.wanted, Wanted::Auto) {
         bail!("--neighbors is for --pairs auto; say that too, or leave it out");
@@ -57,12 +76,18 @@ pub(crate) fn run(args: &BatchArgs) -> Result<ExitCode> {
     let interrupted = on_interrupt()?;
     let hook = std::panic::take_hook();
     work::silence_panics();
-    let ended = batch(args, &input, &config, &interrupted);
+    let ended = batch(args, &input, &config, &interrupted, then);
     std::panic::set_hook(hook);
     ended
 }
 
-fn batch(args: &BatchArgs, input: &Input, config: &PipelineConfig, interrupted: &AtomicBool) -> Result<ExitCode> {
+fn batch(
+    args: &BatchArgs,
+    input: &Input,
+    config: &PipelineConfig,
+    interrupted: &AtomicBool,
+    then: &dyn Fn(&Ended<'_>) -> Result<ExitCode>,
+) -> Result<ExitCode> {
     let kept = (CACHE_SHARE * args.memory as f64) as u64;
     let cache = Cache::new(usize::try_from(kept).unwrap_or(usize::MAX));
     let threads = args.run.threads.map_or_else(all_processors, usize::from);
@@ -82,7 +107,8 @@ fn batch(args: &BatchArgs, input: &Input, config: &PipelineConfig, interrupted: 
     if interrupted.load(Ordering::Relaxed) {
         return Ok(stopped());
     }
-    Ok(if summary.errors > 0 { ExitCode::from(SOME_FAILED) } else { ExitCode::SUCCESS })
+    let rows = results::all_rows(&args.output)?;
+    then(&Ended { input, survey: &survey, cache: &cache, threads, rows, errors: summary.errors })
 }
 
 fn stopped() -> ExitCode {

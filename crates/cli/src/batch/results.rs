@@ -185,6 +185,11 @@ pub(super) fn read_rows(path: &Path) -> Result<Vec<Row>> {
     (1..).zip(text.lines()).map(line).collect()
 }
 
+/// All rows of a folder.
+pub(super) fn all_rows(folder: &Path) -> Result<Vec<Row>> {
+    read_rows(&folder.join(ROWS))
+}
+
 /// Puts sorted rows and the tables in place.
 pub(super) fn put(folder: &Path, mut rows: Vec<Row>) -> Result<Summary> {
     rows.sort_by(|a, b| a.id.cmp(&b.id));

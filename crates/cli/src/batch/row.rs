@@ -11,17 +11,20 @@ use std::time::Duration;
 
 /// One line of `results.jsonl`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Row {
-    pub(super) id: String,
-    pub(super) source: String,
-    pub(super) target: String,
+pub(crate) struct Row {
+    pub(crate) id: String,
+    pub(crate) source: String,
+    pub(crate) target: String,
     pub(super) status: Status,
-    pub(super) verdict: Option<String>,
+    pub(crate) verdict: Option<String>,
     pub(super) reason: Option<String>,
-    pub(super) error: Option<String>,
-    pub(super) target_from_source: Option<[[f64; 4]; 4]>,
-    pub(super) confidence: Option<f64>,
-    pub(super) overlap: Option<f64>,
+    pub(crate) error: Option<String>,
+    pub(crate) target_from_source: Option<[[f64; 4]; 4]>,
+    /// The other poses of an ambiguous pair, best first. Not in the table.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) alternatives: Vec<[[f64; 4]; 4]>,
+    pub(crate) confidence: Option<f64>,
+    pub(crate) overlap: Option<f64>,
     pub(super) rotation_error_deg: Option<f64>,
     pub(super) centre_error: Option<f64>,
     pub(super) counts: Option<Counts>,
@@ -66,6 +69,7 @@ impl Row {
             reason: None,
             error: None,
             target_from_source: None,
+            alternatives: Vec::new(),
             confidence: None,
             overlap: None,
             rotation_error_deg: None,
@@ -105,6 +109,7 @@ impl Row {
             verdict: Some(verdict.to_owned()),
             reason,
             target_from_source: pose.map(to_rows),
+            alternatives: registration.alternatives.iter().map(|(pose, _)| to_rows(pose)).collect(),
             confidence: Some(registration.confidence),
             overlap: registration.agreement.map(|agreement| agreement.overlap),
             rotation_error_deg: errors.map(|e| e.0),

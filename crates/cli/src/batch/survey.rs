@@ -17,17 +17,17 @@ const BYTES_PER_BYTE: u64 = 16;
 const BYTES_PER_SCAN: u64 = 4 << 20;
 
 /// What is known of all scans.
-pub(super) struct Survey {
+pub(crate) struct Survey {
     /// In the order of the input; or why a scan cannot be used.
-    pub(super) scans: Vec<Result<Surveyed, String>>,
+    pub(crate) scans: Vec<Result<Surveyed, String>>,
     /// Nothing where no scan can be used.
-    pub(super) collection: Option<Collection>,
+    pub(crate) collection: Option<Collection>,
 }
 
-pub(super) struct Surveyed {
+pub(crate) struct Surveyed {
     pub(super) summary: ScanSummary,
     /// Middle of the bounding box, file coordinates.
-    pub(super) centre: Vector3<f64>,
+    pub(crate) centre: Vector3<f64>,
 }
 
 impl Survey {
@@ -49,7 +49,7 @@ impl Survey {
     }
 
     /// A scan with its descriptors, made or remembered.
-    pub(super) fn described(&self, input: &Input, cache: &Cache, at: usize, variant: Variant) -> Entry {
+    pub(crate) fn described(&self, input: &Input, cache: &Cache, at: usize, variant: Variant) -> Entry {
         let collection = match (&self.scans[at], &self.collection) {
             (Err(message), _) => return Err(message.clone()),
             (Ok(_), None) => unreachable!("a scan that can be used makes a collection"),
@@ -64,7 +64,7 @@ impl Survey {
     }
 
     /// Points of a scan; none where it cannot be used.
-    pub(super) fn points(&self, at: usize) -> usize {
+    pub(crate) fn points(&self, at: usize) -> usize {
         self.scans[at].as_ref().map_or(0, |scan| scan.summary.points)
     }
 }

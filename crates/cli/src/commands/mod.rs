@@ -13,6 +13,7 @@ mod inspect;
 mod keypoints;
 mod matching;
 mod pages;
+mod reconstruct;
 mod refine;
 mod show;
 mod simulate;
@@ -32,6 +33,7 @@ pub(crate) fn run(args: Args) -> Result<ExitCode> {
         Command::Refine(args) => refine::run(&args),
         Command::Batch(args) => batch::run(&args),
         Command::Merge(args) => batch::merge(&args),
+        Command::Reconstruct(args) => reconstruct::run(&args),
         Command::Keypoints(args) => keypoints::run(&args),
         Command::Describe(args) => describe::run(&args),
         Command::Match(args) => matching::run(&args),
