@@ -2,7 +2,7 @@
 //
 //     pcl_stages FOLDER THREADS ROUNDS
 //
-// Prints a line a stage and round, {"stage": ..., "seconds": ..., "made": ...}; a first round is not counted. Where PCL
+// Prints a line a stage and round, {"stage": ..., "seconds": ..., "cpu": ..., "made": ...}; a first round is not counted. Where PCL
 // has a parallel form, that one runs.
 
 #include "../parity/cloud.h"
@@ -22,6 +22,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <ctime>
 #include <functional>
 #include <iostream>
 
@@ -356,11 +357,13 @@ void run(const Inputs& in, int rounds)
   for (const auto& [name, work] : stages) {
     for (int round = 0; round <= rounds; ++round) {
       const auto begin = std::chrono::steady_clock::now();
+      const std::clock_t cpu_begin = std::clock(); // of all threads
       const std::size_t made = work(in);
       const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+      const double cpu = static_cast<double>(std::clock() - cpu_begin) / CLOCKS_PER_SEC;
       if (round > 0)
-        std::cout << "{\"stage\": \"" << name << "\", \"seconds\": " << seconds.count() << ", \"made\": " << made
-                  << "}" << std::endl;
+        std::cout << "{\"stage\": \"" << name << "\", \"seconds\": " << seconds.count() << ", \"cpu\": " << cpu
+                  << ", \"made\": " << made << "}" << std::endl;
     }
   }
 }

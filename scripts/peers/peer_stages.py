@@ -2,7 +2,7 @@
 
     peer_stages.py open3d|small_gicp|scipy|numpy FOLDER THREADS ROUNDS
 
-Prints a line a stage and round, {"stage": ..., "seconds": ..., "made": ...}; a first round is not counted. All the work
+Prints a line a stage and round, {"stage": ..., "seconds": ..., "cpu": ..., "made": ...}; a first round is not counted. All the work
 is done inside the packages; what Python adds is the call. The numbers are those of crates/pipeline/benches/work.
 """
 import json
@@ -171,10 +171,10 @@ def main():
     for name, work in stages(Tables(folder, threads)).items():
         work()
         for _ in range(rounds):
-            begin = time.perf_counter()
+            begin, cpu_begin = time.perf_counter(), time.process_time()
             made = work()
-            seconds = time.perf_counter() - begin
-            print(json.dumps({"stage": name, "seconds": seconds, "made": int(made)}), flush=True)
+            seconds, cpu = time.perf_counter() - begin, time.process_time() - cpu_begin
+            print(json.dumps({"stage": name, "seconds": seconds, "cpu": cpu, "made": int(made)}), flush=True)
 
 
 if __name__ == "__main__":

@@ -2,13 +2,14 @@
 //!
 //!     stages FOLDER [--scan SCAN] [--only NAME] [--rounds N]
 //!
-//! Prints a line a stage and round, `{"stage": …, "seconds": …, "made": …}`; a first round is not counted. FOLDER gets
+//! Prints a line a stage and round, `{"stage": …, "seconds": …, "cpu": …, "made": …}`; a first round is not counted. FOLDER gets
 //! the tables that the stages work on, so that other programs can do the same work. Without SCAN a simulated one is
 //! taken. No rounds: only the tables.
 
 #[path = "../benches/work/mod.rs"]
 mod work;
 
+use cpu_time::ProcessTime;
 use std::error::Error;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -31,18 +32,27 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut out = std::io::stdout().lock();
     for stage in STAGES.iter().filter(|stage| arguments.only.as_ref().is_none_or(|name| name == stage.name)) {
         time(stage, &inputs, 1);
-        for (seconds, made) in time(stage, &inputs, arguments.rounds) {
-            writeln!(out, "{}", serde_json::json!({"stage": stage.name, "seconds": seconds, "made": made}))?;
+        for Spent { seconds, cpu, made } in time(stage, &inputs, arguments.rounds) {
+            let line = serde_json::json!({"stage": stage.name, "seconds": seconds, "cpu": cpu, "made": made});
+            writeln!(out, "{line}")?;
         }
     }
     Ok(())
 }
 
-fn time(stage: &Stage, inputs: &Inputs, rounds: usize) -> Vec<(f64, usize)> {
+/// One round of a stage.
+struct Spent {
+    seconds: f64,
+    /// Of all threads: what is left of the comparison on a busy machine.
+    cpu: f64,
+    made: usize,
+}
+
+fn time(stage: &Stage, inputs: &Inputs, rounds: usize) -> Vec<Spent> {
     let once = |_| {
-        let start = Instant::now();
+        let (start, cpu_start) = (Instant::now(), ProcessTime::now());
         let made = std::hint::black_box((stage.run)(inputs));
-        (start.elapsed().as_secs_f64(), made)
+        Spent { seconds: start.elapsed().as_secs_f64(), cpu: cpu_start.elapsed().as_secs_f64(), made }
     };
     (0..rounds).map(once).collect()
 }
