@@ -62,12 +62,12 @@ def kiss_matcher(threads):
 
     def register(source_path, target_path):
         source, target = read(source_path), read(target_path)
-        voxel = VOXEL * 0.5 * (resolution(source) + resolution(target))
-        matcher = kiss.KISSMatcher(kiss.KISSMatcherConfig(voxel))
-        a, b = (np.asarray(cloud.points, np.float32) for cloud in (source, target))
-        found = matcher.estimate(a, b)
+        pr = 0.5 * (resolution(source) + resolution(target))
+        # It refuses small voxels, so that scans in metres have to be rescaled: to resolutions.
+        matcher = kiss.KISSMatcher(kiss.KISSMatcherConfig(VOXEL))
+        found = matcher.estimate(*(np.asarray(cloud.points, float).astype(np.float32) / pr for cloud in (source, target)))
         pose = np.eye(4)
-        pose[:3, :3], pose[:3, 3] = found.rotation, np.asarray(found.translation).ravel()
+        pose[:3, :3], pose[:3, 3] = found.rotation, pr * np.asarray(found.translation).ravel()
         return pose
 
     return register

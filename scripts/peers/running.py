@@ -23,11 +23,11 @@ def run(command, threads, what):
 
 
 def objects(text):
-    """The one JSON object that a text is, or those on its lines; what is none is somebody's chatter."""
+    """The one JSON object that a text is, or those at the end of its lines; the rest is chatter."""
     try:
         return [json.loads(text)]
     except json.JSONDecodeError:
-        return [json.loads(line) for line in text.splitlines() if line.startswith('{"')]
+        return [json.loads(line[line.index('{"'):]) for line in text.splitlines() if '{"' in line]
 
 
 def summary(values):
