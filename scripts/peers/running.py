@@ -14,8 +14,12 @@ def run(command, threads, what):
     for name in ("OPENBLAS_CORETYPE", "OPENBLAS_L2_SIZE"):
         environment.pop(name, None)
     processors = sorted(os.sched_getaffinity(0))[:threads]
-    done = subprocess.run(command, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          preexec_fn=lambda: os.sched_setaffinity(0, processors))
+    try:
+        done = subprocess.run(command, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              preexec_fn=lambda: os.sched_setaffinity(0, processors))
+    except FileNotFoundError:
+        print(f"{what}: {command[0]} is not there; run scripts/peers/install", flush=True)
+        return []
     lines = objects(done.stdout)
     if not lines and done.returncode:
         print(f"{what}: nothing came out; {done.stderr.strip()[-300:]}", flush=True)
