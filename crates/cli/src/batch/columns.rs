@@ -41,10 +41,13 @@ fn words(row: Option<&Row>) -> Vec<(String, Cell<'_>)> {
     ]
 }
 
+/// A count of each of the two scans.
+type Two = fn(&Counts) -> [usize; 2];
+
 fn counts(counts: Option<&Counts>) -> Vec<(String, Cell<'static>)> {
     let count = |name: &str, of: &dyn Fn(&Counts) -> u64| (name.to_owned(), Cell::Count(counts.map(of)));
     let mut cells = Vec::new();
-    let twos: [(&str, fn(&Counts) -> [usize; 2]); 4] = [
+    let twos: [(&str, Two); 4] = [
         ("points", |c| c.points),
         ("sampled", |c| c.sampled),
         ("keypoints", |c| c.keypoints),

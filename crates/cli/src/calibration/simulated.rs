@@ -7,6 +7,7 @@ use congruent_simulation::ambiguous::{Subject, ambiguous_pair};
 use congruent_simulation::benchmark::{Benchmark, Group, Kind};
 use congruent_simulation::pair::{PairOptions, figurine_pair};
 use congruent_simulation::scanner::RangeNoise;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 const KINDS: [(&str, Kind); 4] =
@@ -14,7 +15,7 @@ const KINDS: [(&str, Kind); 4] =
 /// Pairs that are taken from one group of a benchmark, evenly, so that many shapes take part.
 const PER_GROUP: usize = 4;
 /// Views of a figurine from opposite sides: they share its outline at most.
-const OPPOSITE: [f64; 2] = [2.4, 3.14];
+const OPPOSITE: [f64; 2] = [2.4, PI];
 
 /// `n` pairs of each kind of benchmark, and as many pairs of views that hardly overlap.
 pub(super) fn trials<'a>(n: usize, seed: u64) -> Vec<Trial<'a>> {
