@@ -128,7 +128,7 @@ fn what_cannot_be_reconstructed_is_refused() {
     let (folder, out) = (TempDir::new().unwrap(), TempDir::new().unwrap());
     let message = |output: &Output| String::from_utf8(output.stderr.clone()).unwrap();
     let none = reconstruct(folder.path(), &out.path().join("none"), &[]);
-    assert!(none.status.code() == Some(2) && message(&none).contains("at least two scans"), "{}", message(&none));
+    assert!(none.status.code() == Some(2) && message(&none).contains("needs two scans"), "{}", message(&none));
     let absent = reconstruct(&folder.path().join("absent"), &out.path().join("absent"), &[]);
     assert!(absent.status.code() == Some(2) && message(&absent).contains("is no folder"), "{}", message(&absent));
     std::fs::write(folder.path().join("a.ply"), "ply\n").unwrap();

@@ -140,7 +140,7 @@ mod tests {
             let v = Vector6::from_fn(|_, _| stream.between(-size, size));
             RigidTransform::new(v.fixed_rows::<3>(0).into(), v.fixed_rows::<3>(3).into())
         };
-        let (measured, off, target_pose) = (motion(1.5), motion(1e-5), motion(2.0));
+        let (measured, off, target_pose) = (motion(1.5), motion(1e-7), motion(2.0));
         let information = Matrix6::from_fn(|i, j| if i == j { 3.0 + i as f64 } else { 0.2 * (i + j) as f64 });
         let edge = Edge { source: 0, target: 1, target_from_source: measured, information };
         let poses = [target_pose * off * measured, target_pose];
