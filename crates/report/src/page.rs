@@ -19,7 +19,7 @@ pub struct Page {
     pub blocks: Vec<Block>,
 }
 
-/// Something on a page. Text is escaped where it is put in; only [`Block::Figure`] takes markup.
+/// Something on a page. Text is escaped where it is put in; only [`Block::Figures`] takes markup.
 #[derive(Clone, Debug)]
 pub enum Block {
     /// A heading that begins a section.

@@ -1,6 +1,6 @@
 //! How far the confidence can be trusted, and the coefficients that make it so.
 //!
-//! Registrations with a known truth become rows; [`fit`] makes a [`Calibration`] of them, [`Validation`] says what such a
+//! Registrations with a known truth become rows; [`fit`] makes a [`Calibration`](congruent_pipeline::Calibration) of them, [`Validation`] says what such a
 //! calibration is worth on pairs that it has not seen.
 
 mod logistic;
