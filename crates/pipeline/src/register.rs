@@ -127,7 +127,7 @@ impl Attempt {
             target_from_source: answer.as_ref().map(|answer| in_file_coordinates(&answer.target_from_source)),
             verdict,
             alternatives,
-            confidence: answer.as_ref().map_or(0.0, |answer| answer.judgement.confidence),
+            confidence: answer.as_ref().map_or(0.0, |answer| answer.judgement.confidence_alone()),
             score: answer.as_ref().map(|answer| answer.score),
             log10_false_alarms: answer.as_ref().map(|answer| answer.log10_false_alarms),
             views: answer.as_ref().map(|answer| views(&answer.oriented, origins)),

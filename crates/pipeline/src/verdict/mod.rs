@@ -27,7 +27,7 @@ pub(crate) struct Evident<'a> {
 
 /// What is thought of an answer.
 pub(crate) struct Judgement {
-    /// 0 to 1; attempts are compared by it.
+    /// 0 to 1: in this pose or one of its rivals; attempts are compared by it.
     pub(crate) confidence: f64,
     /// Why it is not believed.
     pub(crate) doubt: Option<Failure>,
@@ -35,6 +35,13 @@ pub(crate) struct Judgement {
     pub(crate) rivals: Vec<Ranked>,
     /// What the calibrated model looked at, where there was a dense ranking.
     pub(crate) predictors: Option<Predictors>,
+}
+
+impl Judgement {
+    /// In this pose alone: those that are equally good share the confidence.
+    pub(crate) fn confidence_alone(&self) -> f64 {
+        self.confidence / (1 + self.rivals.len()) as f64
+    }
 }
 
 impl VerdictConfig {
@@ -85,8 +92,7 @@ impl Evident<'_> {
         })
     }
 
-    /// A pose that the surfaces do not hold is not believed, however well they lie on each other; and poses that are
-    /// equally good share the confidence.
+    /// A pose that the surfaces do not hold is not believed, however well they lie on each other.
     fn judged(
         &self,
         (confidence, doubt): (f64, Option<Failure>),
@@ -104,7 +110,7 @@ impl Evident<'_> {
         let rivals: Vec<Ranked> =
             self.chosen.others.iter().filter(|other| other.score.value() > rival_score * best).copied().collect();
         let ceiling = if n_free > 0 { SLIDING_CONFIDENCE } else { 1.0 };
-        Judgement { confidence: confidence.min(ceiling) / (1 + rivals.len()) as f64, doubt, rivals, predictors }
+        Judgement { confidence: confidence.min(ceiling), doubt, rivals, predictors }
     }
 }
 
