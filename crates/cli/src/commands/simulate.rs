@@ -8,14 +8,14 @@ use congruent_io::{PairLine, pairs_csv, read_scan, write_file, write_ply};
 use congruent_simulation::Mesh;
 use congruent_simulation::benchmark::{Benchmark, Group, Kind};
 use std::collections::HashSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// So many groups in a row without a pair mean that there will be none.
 const FRUITLESS_GROUPS: u64 = 20;
 
 pub(super) fn run(args: &SimulateArgs) -> Result<ExitCode> {
-    let meshes = args.mesh.iter().map(mesh).collect::<Result<Vec<Mesh>>>()?;
+    let meshes = args.mesh.iter().map(|file| mesh(file)).collect::<Result<Vec<Mesh>>>()?;
     let scans = args.directory.join("scans");
     std::fs::create_dir_all(&scans).with_context(|| format!("{}: cannot be created", scans.display()))?;
     let benchmark = Benchmark::of_shapes(args.kind.into(), args.seed, meshes);
@@ -46,7 +46,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<ExitCode> {
 }
 
 /// A surface to scan.
-fn mesh(file: &PathBuf) -> Result<Mesh> {
+fn mesh(file: &Path) -> Result<Mesh> {
     let raw = read_scan(file)?;
     if raw.triangles.is_empty() {
         bail!("{}: has no faces, so there is no surface to scan; give a triangle mesh", file.display());
