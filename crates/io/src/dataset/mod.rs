@@ -47,7 +47,7 @@ pub struct TruePair {
     pub source: String,
     /// As the data set names it.
     pub target: String,
-    /// File and line that name the pair.
+    /// Where the pair is named: file and line, or the file of a folder.
     pub place: String,
     /// Where the source is.
     pub source_file: PathBuf,
@@ -135,8 +135,8 @@ impl Layout {
 
 impl Dataset {
     fn add(&mut self, truth: Truth, layout: &Layout, inverted: bool) {
-        let Truth { source, target, line, overlap, motion: Motion { pose, skew } } = truth;
-        let place = format!("{}: line {line}", layout.truth.display());
+        let Truth { source, target, place, overlap, motion: Motion { pose, skew } } = truth;
+        let place = format!("{}: {place}", layout.truth.display());
         if skew > WARN_ABOVE {
             self.warnings.push(format!(
                 "{place}: {source} to {target}: the true motion is {skew:.1e} away from a rigid one; the nearest rigid one is used"
@@ -162,8 +162,8 @@ type Listed<E = DatasetFault> = Vec<Result<Truth, E>>;
 struct Truth {
     source: String,
     target: String,
-    /// Where it is named.
-    line: usize,
+    /// Where in the truth it is named: a line, or a file of the folder.
+    place: String,
     overlap: Option<f64>,
     motion: Motion,
 }

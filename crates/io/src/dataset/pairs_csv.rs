@@ -1,6 +1,6 @@
 //! Our own list of pairs.
 
-use super::lines::{lines, number};
+use super::lines::{at_line, lines, number};
 use super::{DatasetFault, Listed, Motion, Truth};
 use congruent_geometry::{RigidTransform, to_rows};
 
@@ -57,7 +57,13 @@ fn pair(line: usize, content: &str, width: usize, places: &[usize; COLUMNS.len()
     let at = |column: usize| fields[places[column]];
     let overlap = if at(2).is_empty() { None } else { Some(number(at(2), line)?) };
     let matrix: Vec<f64> = (3..COLUMNS.len()).map(|column| number(at(column), line)).collect::<Result<_, _>>()?;
-    Ok(Truth { source: at(0).to_owned(), target: at(1).to_owned(), line, overlap, motion: Motion::new(&matrix, line)? })
+    Ok(Truth {
+        source: at(0).to_owned(),
+        target: at(1).to_owned(),
+        place: at_line(line),
+        overlap,
+        motion: Motion::new(&matrix, line)?,
+    })
 }
 
 #[cfg(test)]

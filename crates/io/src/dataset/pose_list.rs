@@ -1,6 +1,6 @@
 //! A line a pair: `source target m00 … m33`, parted by white space.
 
-use super::lines::{lines, numbers};
+use super::lines::{at_line, lines, numbers};
 use super::{DatasetFault, Listed, Motion, Truth};
 
 pub(super) fn parse(text: &str) -> Listed {
@@ -12,7 +12,13 @@ pub(super) fn parse(text: &str) -> Listed {
                 return Err(DatasetFault::Width { line, found: fields.len(), expected });
             }
             let motion = Motion::new(&numbers(&fields[2..], line)?, line)?;
-            Ok(Truth { source: fields[0].to_owned(), target: fields[1].to_owned(), line, overlap: None, motion })
+            Ok(Truth {
+                source: fields[0].to_owned(),
+                target: fields[1].to_owned(),
+                place: at_line(line),
+                overlap: None,
+                motion,
+            })
         })
         .collect()
 }

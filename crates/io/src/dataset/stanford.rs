@@ -3,7 +3,7 @@
 //! A line is `bmesh FILE tx ty tz qx qy qz qw`. The quaternion is the conjugate of what the usual formula expects: a
 //! scan's points go into the common frame by the inverse of the rotation it spells.
 
-use super::lines::{lines, numbers};
+use super::lines::{at_line, lines, numbers};
 use super::views::{View, all_pairs};
 use super::{DatasetFault, Listed};
 use congruent_geometry::RigidTransform;
@@ -26,7 +26,7 @@ fn scan(line: usize, content: &str) -> Result<View, DatasetFault> {
     let spelt = UnitQuaternion::try_new(Quaternion::new(qw, qx, qy, qz), 1e-6);
     let rotation = spelt.ok_or(DatasetFault::NotRigid { line })?.conjugate();
     let world_from_scan = RigidTransform::from_parts(Translation3::new(tx, ty, tz), rotation);
-    Ok(View { name: fields[1].to_owned(), line, world_from_scan, skew: 0.0 })
+    Ok(View { name: fields[1].to_owned(), place: at_line(line), world_from_scan, skew: 0.0 })
 }
 
 #[cfg(test)]

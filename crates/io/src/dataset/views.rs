@@ -7,7 +7,7 @@ use congruent_geometry::RigidTransform;
 pub(super) struct View {
     pub(super) name: String,
     /// Where the place is written.
-    pub(super) line: usize,
+    pub(super) place: String,
     pub(super) world_from_scan: RigidTransform,
     /// How far what is written is from a rigid motion.
     pub(super) skew: f64,
@@ -21,9 +21,9 @@ pub(super) fn all_pairs<E>(views: impl Iterator<Item = Result<View, E>>) -> List
     for (i, target) in good.iter().enumerate() {
         for source in &good[i + 1..] {
             let pose = target.world_from_scan.inverse() * source.world_from_scan;
-            let motion = Motion { pose, skew: source.skew.max(target.skew) };
-            let (line, names) = (source.line, (source.name.clone(), target.name.clone()));
-            truths.push(Ok(Truth { source: names.0, target: names.1, line, overlap: None, motion }));
+            let skew = source.skew.max(target.skew);
+            let [place, source, target] = [&source.place, &source.name, &target.name].map(String::clone);
+            truths.push(Ok(Truth { source, target, place, overlap: None, motion: Motion { pose, skew } }));
         }
     }
     truths.extend(bad.into_iter().filter_map(Result::err).map(Err));

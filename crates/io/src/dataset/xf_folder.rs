@@ -16,7 +16,7 @@ pub(super) fn read_pairs(folder: &Path, names: &str) -> Result<Listed<IoError>, 
 pub(super) fn read_views(folder: &Path, names: &str) -> Result<Listed<IoError>, IoError> {
     let view = |file: &PathBuf| {
         let Motion { pose, skew } = motion(file)?;
-        Ok(View { name: names.replace("{}", &stem(file)), line: 1, world_from_scan: pose, skew })
+        Ok(View { name: names.replace("{}", &stem(file)), place: name(file), world_from_scan: pose, skew })
     };
     Ok(all_pairs(files(folder)?.iter().map(view)))
 }
@@ -30,6 +30,10 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
     Ok(files)
 }
 
+fn name(file: &Path) -> String {
+    file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
 fn stem(file: &Path) -> String {
     file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default()
 }
@@ -39,8 +43,8 @@ fn pair(file: &Path, names: &str) -> Result<Truth, IoError> {
     let parts = stem.rsplit_once('-');
     let fault = DatasetFault::Name;
     let (source, target) = parts.ok_or_else(|| IoError::Dataset { path: file.to_owned(), fault })?;
-    let name = |part: &str| names.replace("{}", part);
-    Ok(Truth { source: name(source), target: name(target), line: 1, overlap: None, motion: motion(file)? })
+    let scan = |part: &str| names.replace("{}", part);
+    Ok(Truth { source: scan(source), target: scan(target), place: name(file), overlap: None, motion: motion(file)? })
 }
 
 fn motion(file: &Path) -> Result<Motion, IoError> {
