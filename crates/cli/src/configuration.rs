@@ -177,7 +177,7 @@ mod tests {
 
     #[test]
     fn no_member_is_left_out() {
-        for family in ["detector", "descriptor", "frame", "matcher", "estimator", "metric"] {
+        for family in ["detector", "descriptor", "frame", "matcher", "estimator", "metric", "refinement"] {
             let refused = refused(&format!("[{family}.nothing]"));
             let listed: Vec<&str> = refused.split('`').skip(3).step_by(2).collect();
             assert!(listed.len() > 1, "{refused}");

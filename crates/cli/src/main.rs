@@ -6,12 +6,14 @@
 
 mod args;
 mod batch;
+mod calibration;
 mod commands;
 mod configuration;
+mod guess;
 mod layers;
 mod output;
-mod picture;
 mod progress;
+mod reconstruct;
 mod result;
 mod rows;
 

@@ -1,7 +1,7 @@
 //! A registration as JSON and as a summary for people.
 
 use congruent_geometry::{Length, to_rows};
-use congruent_pipeline::{Pair, PipelineConfig, Registration, Verdict};
+use congruent_pipeline::{Pair, PipelineConfig, Registration};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -31,6 +31,8 @@ pub(crate) struct Report {
     stiffness: Option<[f64; 6]>,
     /// The stiffness that noise of the normals alone would make of a plane.
     stiffness_noise: Option<f64>,
+    /// How good the pose is, where it was refined.
+    uncertainty: Option<Uncertainty>,
     /// How the two surfaces lie on each other under the pose.
     agreement: Option<Agreement>,
     counts: Counts,
@@ -40,6 +42,34 @@ pub(crate) struct Report {
     lengths: BTreeMap<String, f64>,
     seed: u64,
     timings: BTreeMap<&'static str, f64>,
+}
+
+/// The true pose is the answer followed by a small motion about a point: a rotation vector (radians), then a translation
+/// (data units), along the axes of the target.
+#[derive(Debug, Serialize)]
+struct Uncertainty {
+    /// Of the motion, row by row; zero along the free directions.
+    covariance: [[f64; 6]; 6],
+    /// The point: the middle of the overlap, file coordinates of the target.
+    about: [f64; 3],
+    /// Standard deviation about the least certain axis, degrees.
+    rotation_deg: f64,
+    /// Standard deviation of that point along the least certain direction, data units.
+    translation: f64,
+    /// Unit motions that the surfaces do not hold.
+    free_directions: Vec<[f64; 6]>,
+}
+
+impl From<&congruent_refinement::Uncertainty> for Uncertainty {
+    fn from(known: &congruent_refinement::Uncertainty) -> Self {
+        Uncertainty {
+            covariance: std::array::from_fn(|row| std::array::from_fn(|column| known.covariance[(row, column)])),
+            about: known.about.into(),
+            rotation_deg: known.rotation().to_degrees(),
+            translation: known.translation(),
+            free_directions: known.free_directions.iter().map(|motion| (*motion).into()).collect(),
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -109,7 +139,7 @@ impl Report {
         reading: Duration,
         total: Duration,
     ) -> Self {
-        let (verdict, reason) = verdict_words(registration);
+        let (verdict, reason) = registration.verdict_words();
         let mut timings: BTreeMap<_, _> =
             registration.timings.iter().map(|t| (t.stage.name(), t.time.as_secs_f64())).collect();
         timings.insert("reading", reading.as_secs_f64());
@@ -134,6 +164,7 @@ impl Report {
             }),
             stiffness: registration.hold.map(|hold| hold.stiffness),
             stiffness_noise: registration.hold.map(|hold| hold.noise),
+            uncertainty: registration.uncertainty.as_ref().map(Uncertainty::from),
             agreement: registration.agreement.map(|a| Agreement {
                 score: a.score,
                 overlap: a.overlap,
@@ -185,6 +216,20 @@ impl Report {
                 ),
             );
         }
+        if let Some(known) = &self.uncertainty {
+            let but = match known.free_directions.len() {
+                0 => String::new(),
+                n => format!(", but for {n} of 6 directions that nothing holds"),
+            };
+            line(
+                "uncertainty",
+                format!(
+                    "good to {:.2}° and {} data units (1σ){but}",
+                    known.rotation_deg,
+                    two_digits(known.translation)
+                ),
+            );
+        }
         line(
             "resolution",
             format!(
@@ -208,19 +253,10 @@ impl Report {
     }
 }
 
-/// The verdict in a word, and why it is not `ok`.
-pub(crate) fn verdict_words(registration: &Registration) -> (&'static str, Option<String>) {
-    match &registration.verdict {
-        Verdict::Ok => ("ok", None),
-        Verdict::Ambiguous => {
-            let others = registration.alternatives.len();
-            let reason = format!(
-                "{others} really different poses fit nearly as well: the scene is symmetric or repeats itself; an initial guess or more overlap would tell them apart"
-            );
-            ("ambiguous", Some(reason))
-        }
-        Verdict::Failed(failure) => ("failed", Some(failure.to_string())),
-    }
+/// A length with two digits that count.
+fn two_digits(length: f64) -> String {
+    let decimals = if length > 0.0 { (1.0 - length.log10().floor()).clamp(0.0, 12.0) } else { 0.0 };
+    format!("{length:.0$}", decimals as usize)
 }
 
 /// Every length of the configuration under its key, in data units. Those of `sampling` refer to the scans as they came.

@@ -15,6 +15,8 @@ const ANYTHING: &[&str] = &[
     "pipeline",
     "simulation",
     "evaluation",
+    "multiway",
+    "report",
 ];
 
 /// What each crate may use.
@@ -29,6 +31,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("refinement", &["geometry"]),
     ("pipeline", &["geometry", "keypoints", "descriptors", "matching", "metrics", "estimators", "refinement"]),
     ("simulation", &["geometry"]),
+    ("multiway", &["geometry"]),
     (
         "evaluation",
         &[
@@ -41,6 +44,21 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "refinement",
             "pipeline",
             "simulation",
+        ],
+    ),
+    (
+        "report",
+        &[
+            "geometry",
+            "keypoints",
+            "descriptors",
+            "matching",
+            "metrics",
+            "estimators",
+            "refinement",
+            "pipeline",
+            "simulation",
+            "evaluation",
         ],
     ),
     ("cli", ANYTHING),

@@ -74,26 +74,35 @@ fn every_pair_has_a_row_and_shards_and_threads_change_nothing() {
     let neighbours = rows_of_whole.iter().find(|row| row["id"] == "view9.ply--view8.ply").unwrap();
     assert_eq!(neighbours["verdict"], "ok");
 
-    let mut merge = vec!["merge".to_owned(), "-o".to_owned(), at("merged").to_str().unwrap().to_owned()];
-    for part in ["1/3", "2/3", "3/3"] {
+    let plain = batch(scans.path(), &at("plain"), &["--threads", "1", "--memory", "1K"]);
+    assert_eq!(plain.status.code(), Some(1), "{}", stderr(&plain));
+    assert_eq!((rows(&at("plain")), table(&at("plain"))), (rows_of_whole.clone(), table(&at("whole"))));
+
+    let parts = [("1/3", "1"), ("2/3", "4"), ("3/3", "2")].map(|(part, threads)| {
         let folder = at(&part.replace('/', "of"));
-        let threads = if part == "2/3" { "4" } else { "1" };
-        batch(scans.path(), &folder, &["--shard", part, "--threads", threads, "--memory", "1K"]);
-        merge.push(folder.to_str().unwrap().to_owned());
-    }
-    let merged = congruent(&merge.iter().map(String::as_str).collect::<Vec<_>>());
+        batch(scans.path(), &folder, &["--shard", part, "--threads", threads]);
+        folder.to_str().unwrap().to_owned()
+    });
+    let merge = |parts: &[&String], name: &str| {
+        let parts: Vec<&str> = parts.iter().map(|part| part.as_str()).collect();
+        congruent(&[&["merge", "-o", at(name).to_str().unwrap()], &parts[..]].concat())
+    };
+    let merged = merge(&[&parts[2], &parts[0], &parts[1]], "merged");
     assert_eq!(merged.status.code(), Some(1), "{}", stderr(&merged));
     assert_eq!(rows(&at("merged")), rows_of_whole);
     assert_eq!(table(&at("merged")), table(&at("whole")));
     for name in ["run.json", "configuration.toml"] {
         assert_eq!(std::fs::read(at("merged").join(name)).unwrap(), std::fs::read(at("whole").join(name)).unwrap());
     }
-    let lacking = congruent(&["merge", &merge[3], "-o", at("lacking").to_str().unwrap()]);
-    assert!(lacking.status.code() == Some(2) && stderr(&lacking).contains("4 of 10"), "{}", stderr(&lacking));
+    for (some, expected) in [(&[&parts[0]][..], "4 of 10"), (&[&parts[0], &parts[1], &parts[0]], "is in two parts")] {
+        let refused = merge(some, "refused");
+        assert!(refused.status.code() == Some(2) && stderr(&refused).contains(expected), "{}", stderr(&refused));
+        assert!(!at("refused").exists());
+    }
 }
 
 #[test]
-fn a_killed_run_goes_on_and_another_one_is_refused() {
+fn another_run_is_refused_and_a_cut_one_goes_on() {
     let (scans, out) = (scans(), TempDir::new().unwrap());
     let out = out.path();
     let run = |more: &[&str]| batch(scans.path(), out, &[&["--sequential"], more].concat());
@@ -133,6 +142,70 @@ fn tables_name_pairs_and_the_written_table_is_one() {
     assert_eq!(second.status.code(), Some(0), "{}", stderr(&second));
     let again = &rows(&out.path().join("second"))[0];
     assert_eq!((&again["target_from_source"], &again["seed"]), (&row["target_from_source"], &row["seed"]));
+}
+
+#[test]
+fn a_data_set_is_compared_with_its_truth() {
+    let (scans, out) = (scans(), TempDir::new().unwrap());
+    let toml = "name = 'set'\nscans = '.'\n[truth]\nformat = 'pose-list'\npath = 'truth.txt'\n";
+    std::fs::write(scans.path().join("dataset.toml"), toml).unwrap();
+    let truth = "view9.ply view9.ply 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n";
+    std::fs::write(scans.path().join("truth.txt"), truth).unwrap();
+    let output = batch(scans.path(), out.path(), &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let row = &rows(out.path())[0];
+    assert!(row["id"] == "view9.ply--view9.ply" && row["rotation_error_deg"].as_f64().unwrap() < 0.1, "{row}");
+}
+
+#[test]
+fn corrupt_and_empty_scans_are_rows_and_a_directory_is_told() {
+    let (scans, out) = (scans(), TempDir::new().unwrap());
+    std::fs::write(scans.path().join("void.ply"), "").unwrap();
+    std::fs::create_dir(scans.path().join("x.ply")).unwrap();
+    std::fs::write(scans.path().join("notes.txt"), "no scan").unwrap();
+    // The results beside the scans: they are not taken for any.
+    let output = batch(scans.path(), scans.path(), &["--sequential"]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("x.ply: is a directory"), "{}", stderr(&output));
+    let first = rows(scans.path());
+    let error_of = |id: &str| {
+        let row = first.iter().find(|row| row["id"] == id).unwrap_or_else(|| panic!("{id} is not in {first:?}"));
+        row["error"].as_str().unwrap_or_default().to_owned()
+    };
+    assert_eq!(first.len(), 5);
+    assert!(error_of("void.ply--view11.ply").contains("void.ply: is empty"));
+    assert!(error_of("view8.ply--broken.ply").contains("broken.ply: "));
+    assert_eq!(error_of("view9.ply--view8.ply"), "");
+    batch(scans.path(), out.path(), &["--sequential"]);
+    assert_eq!(rows(out.path()), first);
+}
+
+#[test]
+fn what_cannot_be_done_is_said_before_anything_is_written() {
+    let (scans, out) = (scans(), TempDir::new().unwrap());
+    let nowhere = out.path().join("nowhere");
+    std::fs::write(scans.path().join("pairs.jsonl"), "").unwrap();
+    for (input, more, expected) in [
+        ("", &["--sequentail"][..], "--sequential"),
+        ("", &["--neighbors", "3"], "--neighbors is for --pairs auto"),
+        ("", &["--pairs", "auto", "--neighbors", "0"], "1.."),
+        ("", &["--shard", "4/3"], "i from 1 to n"),
+        ("", &["--memory", "lots"], "as in 500M or 4G"),
+        ("", &["--data", "elsewhere"], "--data is for a dataset.toml"),
+        ("", &["--set", "sed=1"], "seed"),
+        ("pairs.jsonl", &[], "lists no pairs"),
+        ("view8.ply", &[], "view8.ply: "),
+        ("absent", &[], "absent: cannot be read"),
+    ] {
+        let output = batch(&scans.path().join(input), &nowhere, more);
+        assert_eq!(output.status.code(), Some(2), "{more:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(expected), "`{expected}` is not in: {}", stderr(&output));
+    }
+    assert!(!nowhere.exists());
+    let file = out.path().join("file");
+    std::fs::write(&file, "").unwrap();
+    let output = batch(scans.path(), &file.join("below"), &[]);
+    assert!(output.status.code() == Some(2) && stderr(&output).contains("cannot be created"), "{}", stderr(&output));
 }
 
 #[test]

@@ -100,6 +100,74 @@ fn two_configurations_are_compared_on_the_same_pairs() {
 }
 
 #[test]
+fn a_truth_with_bad_lines_is_said_and_the_rest_is_evaluated() {
+    let bench = Bench::new();
+    let place = bench.folder.path().join("data/pairs.csv");
+    let list = fs::read_to_string(&place).unwrap();
+    let lines: Vec<&str> = list.lines().collect();
+    let mut good: Vec<&str> = lines[1].split(',').collect();
+    let line = |fields: &[&str]| fields.join(",");
+    let x = good[6];
+    good[6] = "NaN";
+    let not_a_number = line(&good);
+    good[6] = x;
+    let mut mirrored = good.clone();
+    for i in [3, 4, 5, 7, 8, 9] {
+        mirrored[i] = "1";
+    }
+    let mut unknown = good.clone();
+    unknown[0] = "nobody.ply";
+    // A truth that leads nowhere near: nothing is shared, so nothing can be judged.
+    let mut apart = good.clone();
+    apart[6] = "1e6";
+    let bad = [lines[0].to_owned(), not_a_number, line(&mirrored), line(&unknown), line(&apart), line(&good)];
+    fs::write(&place, bad.join("\n")).unwrap();
+
+    let output = bench.evaluate("out", &[]);
+    let (said, summary) = (text(&output.stderr), text(&output.stdout));
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("pairs.csv: line 2: `NaN` is not a finite number"), "{said}");
+    assert!(said.contains("pairs.csv: line 3: the matrix is far from a rotation"), "{said}");
+    assert!(summary.starts_with("1 pairs scored, 1 not evaluable, 1 with errors"), "{summary}");
+    let rows = bench.rows("out");
+    let why = rows[0]["error"].as_str().unwrap();
+    assert!(why.contains("pairs.csv: line 4") && why.contains("nobody.ply"), "{why}");
+    assert_eq!((rows[1]["status"].as_str(), rows[2]["status"].as_str()), (Some("not-evaluable"), Some("scored")));
+}
+
+#[test]
+fn several_data_sets_are_evaluated_in_one_run() {
+    let bench = Bench::new();
+    let other = bench.path("other-data");
+    congruent(&["simulate", "bmr-like", &other, "--pairs", "2", "--seed", "4"]);
+    let output = bench.evaluate("out", &[&other, "--pairs", "1"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let summary = text(&output.stdout);
+    for part in ["u3m-like: 1 pairs scored", "bmr-like: 1 pairs scored", "all: 2 pairs scored"] {
+        assert!(summary.contains(part), "{part}\n{summary}");
+    }
+    let twice = bench.evaluate("twice", &[&bench.data()]);
+    assert_eq!(twice.status.code(), Some(2));
+    assert!(text(&twice.stderr).contains("another data set is called `u3m-like`"), "{}", text(&twice.stderr));
+}
+
+#[test]
+fn any_mesh_can_be_scanned_and_a_cloud_cannot() {
+    let bench = Bench::new();
+    let mesh = bench.path("pyramid.off");
+    fs::write(&mesh, "OFF\n4 4 0\n0 0 0\n3 0 0\n0 2 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n").unwrap();
+    let made = bench.path("made");
+    let output = congruent(&["simulate", "u3m-like", &made, "--pairs", "2", "--mesh", &mesh]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("Wrote 2 pairs"), "{}", text(&output.stderr));
+    let cloud = bench.path("data/scans/g000_v0.ply");
+    let refused = congruent(&["simulate", "u3m-like", &bench.path("none"), "--mesh", &cloud]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("has no faces"), "{}", text(&refused.stderr));
+    assert!(!bench.folder.path().join("none").exists());
+}
+
+#[test]
 fn an_experiment_leaves_tables() {
     let bench = Bench::new();
     let output = congruent(&["experiment", "estimators", &bench.data(), "--pairs", "1", "-o", &bench.path("t2")]);
@@ -107,7 +175,33 @@ fn an_experiment_leaves_tables() {
     assert!(text(&output.stdout).contains("| metric \\ estimator | RANSAC | 2SAC-GC | 1P-RANSAC |"));
     let csv = fs::read_to_string(bench.folder.path().join("t2/estimators.csv")).unwrap();
     assert_eq!(csv.lines().count(), 1 + 3 * 7);
-    for name in ["estimators.md", "estimators-pairs.csv"] {
+    assert!(
+        text(&output.stdout).contains("| every proposed metric is above INLIER with every estimator | u3m-like | ")
+    );
+    for name in ["estimators.md", "estimators-pairs.csv", "claims.md"] {
         assert!(bench.folder.path().join("t2").join(name).exists(), "{name}");
     }
+}
+
+#[test]
+fn pages_and_figures_are_written_and_one_pair_can_be_shown() {
+    let bench = Bench::new();
+    let (page, figures) = (bench.path("page.html"), bench.path("figures"));
+    let output = bench.evaluate("out", &["-c", "fast", "--report", &page, "--figures", &figures]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let html = fs::read_to_string(&page).unwrap();
+    assert!(html.contains("<svg") && html.contains("g000_v1.ply \u{2192} g000_v0.ply"));
+    for name in ["accuracy", "errors", "inlier-ratios", "inliers", "confidence"] {
+        let svg = fs::read_to_string(format!("{figures}/{name}.svg")).unwrap();
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{name}");
+    }
+    let show = |pair: &str| {
+        let metrics = ["--metrics", "mse,inlier-count", "-c", "paper", "--report", page.as_str()];
+        congruent(&[&["evaluate", bench.data().as_str(), "--show", pair], &metrics[..]].concat())
+    };
+    assert_eq!(show("g000_v1.ply,g000_v0.ply").status.code(), Some(0));
+    let html = fs::read_to_string(&page).unwrap();
+    assert_eq!(html.matches("<figure class=\"view\"").count(), 2);
+    let refused = show("none.ply,g000_v0.ply");
+    assert!(refused.status.code() == Some(2) && text(&refused.stderr).contains("g000_v1.ply,g000_v0.ply"));
 }

@@ -33,8 +33,10 @@ fn help_is_as_it_was() {
     for command in [
         vec!["--help"],
         vec!["align", "--help"],
+        vec!["refine", "--help"],
         vec!["batch", "--help"],
         vec!["merge", "--help"],
+        vec!["reconstruct", "--help"],
         vec!["inspect", "--help"],
         vec!["convert", "--help"],
         vec!["config", "--help"],
@@ -54,7 +56,7 @@ fn the_demo_registers_and_says_what_it_wrote() {
     let (folder, output) = demo();
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(stdout(&output).contains("verdict  ok") && stdout(&output).contains("truth  right"), "{}", stdout(&output));
-    for name in ["source.ply", "target.ply", "truth.txt", "result.json", "aligned.ply", "picture.svg"] {
+    for name in ["source.ply", "target.ply", "truth.txt", "result.json", "aligned.ply", "picture.svg", "report.html"] {
         assert!(folder.path().join(name).exists() && stderr(&output).contains(name), "{name}");
     }
 }
@@ -102,6 +104,28 @@ fn json_is_equal_to_the_byte_on_any_number_of_threads() {
         };
         let one = on("1");
         assert!(one == on("2") && one == on("4"), "{preset}");
+    }
+}
+
+#[test]
+fn a_result_can_be_refined_and_bounds_need_a_guess() {
+    let (folder, _) = demo();
+    let (source, target, result) =
+        (path(&folder, "source.ply"), path(&folder, "target.ply"), path(&folder, "result.json"));
+    let refined = congruent(&["refine", &source, &target, "--init", &result, "--json"]);
+    assert_eq!(refined.status.code(), Some(0), "{}", stderr(&refined));
+    let value: serde_json::Value = serde_json::from_str(&stdout(&refined)).unwrap();
+    assert!(value["verdict"] == "ok" && value["uncertainty"]["rotation_deg"].as_f64().unwrap() < 0.5, "{value}");
+    let summary = stdout(&congruent(&["refine", &source, &target, "--init", &result]));
+    assert!(summary.contains("uncertainty  good to 0."), "{summary}");
+    // The scans are forty degrees apart.
+    let bounds = ["--init", "identity", "--max-rotation", "5", "--max-translation", "20pr"];
+    let bounded = congruent(&[&["align", &source, &target][..], &bounds].concat());
+    assert_eq!(bounded.status.code(), Some(1));
+    assert!(stdout(&bounded).contains("within the bounds"), "{}", stdout(&bounded));
+    for wrong in [&["--max-rotation", "5"][..], &["--up", "0,0,1"], &["--init", "none.txt"]] {
+        let output = congruent(&[&["align", &source, &target][..], wrong].concat());
+        assert_eq!(output.status.code(), Some(2), "{wrong:?}");
     }
 }
 
@@ -177,13 +201,16 @@ fn what_cannot_be_registered_exits_1_and_still_prints_json() {
     let head = "ply\nformat ascii 1.0\nelement vertex 3600\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
     std::fs::write(&file, head.to_owned() + &plane).unwrap();
     let file = file.to_str().unwrap();
-    let moved = path(&folder, "moved.ply");
-    let output = congruent(&["align", file, file, "--json", "-c", "paper", "--write-aligned", &moved]);
+    let (moved, page) = (path(&folder, "moved.ply"), path(&folder, "page.html"));
+    let output =
+        congruent(&["align", file, file, "--json", "-c", "paper", "--write-aligned", &moved, "--report", &page]);
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let value: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
     assert_eq!(value["verdict"], "failed");
     assert!(value["reason"].as_str().is_some_and(|reason| !reason.is_empty()));
     assert!(!Path::new(&moved).exists() && stderr(&output).contains("not written"));
+    // A failure is shown, too.
+    assert!(std::fs::read_to_string(&page).unwrap().contains("<strong>failed</strong>"));
 }
 
 #[test]

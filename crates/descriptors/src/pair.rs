@@ -1,7 +1,11 @@
 //! How two points with normals lie to each other (Rusu 2009; role of the points and binning as in PCL).
+//!
+//! With unit normals a and b of the leading and the other point and the offset δ between them, all that the three features
+//! need are four products: a·δ, b·δ, a·b and δ·(a × b). They keep their values (the first two up to a sign) when the points
+//! change roles, so a pair is looked at once for both.
 
-use congruent_geometry::{Surface, wide};
-use nalgebra::Vector3;
+use congruent_geometry::{Cells, Point, Surface};
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 /// Bins of each feature.
@@ -9,90 +13,186 @@ pub(crate) const BINS: usize = 11;
 /// Three features, one block of bins each.
 pub(crate) const DIM: usize = 3 * BINS;
 
-/// The features of a pair.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PairFeatures {
-    /// The angle f1 in [−π, π] as a vector: along and aside of zero, of any length.
-    turn: [f64; 2],
-    /// In [−1, 1].
-    f2: f64,
-    /// In [−1, 1].
-    f3: f64,
+/// Cells along a radius: finer ones spare distances, coarser ones make longer runs.
+const CELLS_PER_RADIUS: f64 = 3.0;
+/// Pairs that are put into bins at a time.
+const BLOCK: usize = 64;
+/// Bins of a pair that has none.
+const NO_BINS: u32 = u32::MAX;
+/// A line closer to the leading normal than this (squared sine) makes no frame.
+const MIN_SINE_SQ: f32 = 1e-7;
+
+/// Cosines of the borders of the bins of f1, odd multiples of π/11: the middle bin lies around zero.
+const ANGLE_BORDERS: [f32; 5] = [0.959_493, 0.654_860_7, 0.142_314_84, -0.415_415, -0.841_253_5];
+
+/// The three bins of a pair, eight bits each, the first block's lowest: of a point with normal `a` and another with normal
+/// `b` at `offset` from it. None where they coincide, are more than a radius apart, or their line is along the leading
+/// normal; or where `b` is no normal.
+#[inline(always)]
+fn bins(a: Point, b: Point, offset: Point, radius_sq: f32) -> u32 {
+    let distance_sq = dot(offset, offset);
+    let (along_a, along_b) = (dot(a, offset), dot(b, offset));
+    // The point whose normal is nearer to the line leads; of equals the one whose normal points along it.
+    let a_leads = along_a.abs() > along_b.abs() || (along_a.abs() == along_b.abs() && along_a > 0.0);
+    let (leading, other) = if a_leads { (along_a, along_b) } else { (-along_b, -along_a) };
+    let across_sq = distance_sq - leading * leading;
+    let is_pair = distance_sq <= radius_sq && across_sq > MIN_SINE_SQ * distance_sq && b != [0.0; 3];
+    let per_across = 1.0 / across_sq.sqrt();
+    // f1 as a vector, along and aside of zero: its bin is found by comparing cosines.
+    let along = dot(a, b);
+    let aside = (other - leading * along) * per_across;
+    let length = (along * along + aside * aside).sqrt();
+    let steps: i32 = ANGLE_BORDERS.iter().map(|border| i32::from(along <= border * length)).sum();
+    let half = (BINS / 2) as i32;
+    let f1 = if aside >= 0.0 { half + steps } else { half - steps };
+    let f2 = cosine_bin(dot(offset, cross(a, b)) * per_across);
+    let f3 = cosine_bin(leading / distance_sq.sqrt());
+    if is_pair { (f1 | f2 << 8 | f3 << 16) as u32 } else { NO_BINS }
 }
 
-/// The features of two points `delta` apart. The same if the points change roles. `None` where the points coincide or
-/// their line is along the leading normal.
-fn pair_features(n1: &Vector3<f64>, n2: &Vector3<f64>, delta: &Vector3<f64>) -> Option<PairFeatures> {
-    // The point whose normal is nearer to the line leads.
-    let (n1, n2, delta) = if n1.dot(delta).abs() < n2.dot(delta).abs() { (n2, n1, -delta) } else { (n1, n2, *delta) };
-    let across = delta.cross(n1);
-    let (length, width) = (delta.norm(), across.norm());
-    if length <= 0.0 || width <= 0.0 {
-        return None;
+#[inline(always)]
+fn cosine_bin(cosine: f32) -> i32 {
+    ((cosine + 1.0) * (BINS as f32 / 2.0)).clamp(0.0, (BINS - 1) as f32) as i32
+}
+
+#[inline(always)]
+fn dot(a: Point, b: Point) -> f32 {
+    a[0] * b[0] + (a[1] * b[1] + a[2] * b[2])
+}
+
+#[inline(always)]
+fn cross(a: Point, b: Point) -> Point {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// A surface in the order of a grid, a coordinate at a time.
+struct Ordered {
+    cells: Cells,
+    points: [Vec<f32>; 3],
+    normals: [Vec<f32>; 3],
+}
+
+impl Ordered {
+    fn new(surface: &Surface, radius: f64) -> Ordered {
+        let cells = Cells::new(surface.points(), radius / CELLS_PER_RADIUS);
+        let column = |of: &[Point], axis: usize| cells.order().iter().map(|&i| of[i as usize][axis]).collect();
+        let points = std::array::from_fn(|axis| column(surface.points(), axis));
+        let normals = std::array::from_fn(|axis| column(surface.normals(), axis));
+        Ordered { cells, points, normals }
     }
-    let v = across / width;
-    let w = n1.cross(&v);
-    Some(PairFeatures { turn: [n1.dot(n2), w.dot(n2)], f2: v.dot(n2), f3: n1.dot(&delta) / length })
+
+    fn point(&self, i: usize) -> Point {
+        std::array::from_fn(|axis| self.points[axis][i])
+    }
+
+    fn normal(&self, i: usize) -> Point {
+        std::array::from_fn(|axis| self.normals[axis][i])
+    }
+
+    /// Visits the pairs of a point with the others of a run: who, and the bins.
+    fn visit(&self, i: usize, run: std::ops::Range<usize>, radius_sq: f32, mut visit: impl FnMut(usize, u32)) {
+        let mut found = [NO_BINS; BLOCK];
+        for start in run.clone().step_by(BLOCK) {
+            let end = run.end.min(start + BLOCK);
+            let columns = [&self.points, &self.normals].map(|of| of.each_ref().map(|axis| &axis[start..end]));
+            bins_of_block(self.point(i), self.normal(i), columns, radius_sq, &mut found[..end - start]);
+            for (j, &bins) in (start..end).zip(&found) {
+                if bins != NO_BINS && j != i {
+                    visit(j, bins);
+                }
+            }
+        }
+    }
+}
+
+/// Compiled once for each instruction set and chosen at run time; the bits are the same on all of them.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+fn bins_of_block(
+    point: Point,
+    normal: Point,
+    [[px, py, pz], [nx, ny, nz]]: [[&[f32]; 3]; 2],
+    radius_sq: f32,
+    found: &mut [u32],
+) {
+    let n = found.len();
+    let ([px, py, pz], [nx, ny, nz]) = ([px, py, pz].map(|v| &v[..n]), [nx, ny, nz].map(|v| &v[..n]));
+    for j in 0..n {
+        let offset = [px[j] - point[0], py[j] - point[1], pz[j] - point[2]];
+        found[j] = bins(normal, [nx[j], ny[j], nz[j]], offset, radius_sq);
+    }
+}
+
+fn count(counts: &mut [u32; DIM], bins: u32) {
+    for block in 0..3 {
+        counts[block * BINS + (bins >> (8 * block) & 0xff) as usize] += 1;
+    }
 }
 
 /// The simplified histogram (SPFH) of one point: percentages of its pairs with all neighbours, each block summing to
 /// 100. All zero where there is no pair.
 pub(crate) fn pair_histogram(surface: &Surface, i: u32, radius: f64) -> [f32; DIM] {
     let mut counts = [0u32; DIM];
-    surface.index().within(&surface.points()[i as usize], radius, |n| {
-        if let Some(bins) = pair_bins(surface, i, n.index) {
-            bins.iter().for_each(|&bin| counts[bin] += 1);
-        }
-    });
+    let (point, normal) = (surface.points()[i as usize], surface.normals()[i as usize]);
+    if normal != [0.0; 3] {
+        // The tree may see a point on the very rim otherwise than the bins do: theirs is the last word.
+        surface.index().within(&point, radius * RIM, |n| {
+            let (other, its_normal) = (surface.points()[n.index as usize], surface.normals()[n.index as usize]);
+            let offset = std::array::from_fn(|axis| other[axis] - point[axis]);
+            let found = bins(normal, its_normal, offset, squared(radius));
+            if found != NO_BINS {
+                count(&mut counts, found);
+            }
+        });
+    }
     percentages(&counts)
+}
+
+/// What a radius is taken times where rounding must lose no point.
+const RIM: f64 = 1.0 + 1e-5;
+
+fn squared(radius: f64) -> f32 {
+    radius as f32 * radius as f32
 }
 
 /// The histograms of all points for which `needed` holds, zero for the others.
 ///
-/// A pair falls into the same bins for both of its points, so it is looked at once. The counts are whole numbers, whose
-/// sums do not depend on who adds them.
+/// The counts are whole numbers, whose sums do not depend on who adds them.
 pub(crate) fn pair_histograms(surface: &Surface, needed: &[bool], radius: f64) -> Vec<[f32; DIM]> {
     let n = surface.len();
+    let ordered = Ordered::new(surface, radius);
+    let order = ordered.cells.order();
+    let needed: Vec<bool> = order.iter().map(|&i| needed[i as usize]).collect();
     let share = n.div_ceil(2 * rayon::current_num_threads()).max(1);
     let parts: Vec<Vec<[u32; DIM]>> = (0..n.div_ceil(share))
         .into_par_iter()
-        .map(|part| {
-            let mut counts = vec![[0u32; DIM]; n];
-            for i in (part * share..n.min((part + 1) * share)).filter(|&i| needed[i]) {
-                surface.index().within(&surface.points()[i], radius, |found| {
-                    let j = found.index as usize;
-                    if needed[j] && !is_first(i, j) {
-                        return;
-                    }
-                    let Some(bins) = pair_bins(surface, i as u32, found.index) else { return };
-                    bins.iter().for_each(|&bin| counts[i][bin] += 1);
-                    if needed[j] {
-                        bins.iter().for_each(|&bin| counts[j][bin] += 1);
-                    }
-                });
-            }
-            counts
-        })
+        .map(|part| counts_of(&ordered, &needed, radius, part * share..n.min((part + 1) * share)))
         .collect();
     let total =
         |i: usize| parts.iter().fold([0u32; DIM], |sum, part| std::array::from_fn(|bin| sum[bin] + part[i][bin]));
-    (0..n).into_par_iter().map(|i| percentages(&total(i))).collect()
+    let in_order: Vec<[f32; DIM]> = (0..n).into_par_iter().map(|i| percentages(&total(i))).collect();
+    let mut histograms = vec![[0.0; DIM]; n];
+    order.iter().zip(in_order).for_each(|(&i, histogram)| histograms[i as usize] = histogram);
+    histograms
 }
 
-/// Which of two points looks at their pair: each does so with half of its neighbours.
-fn is_first(i: usize, j: usize) -> bool {
-    (i < j) == (i + j).is_multiple_of(2)
-}
-
-fn pair_bins(surface: &Surface, i: u32, j: u32) -> Option<[usize; 3]> {
-    // Always in the same order: of two normals equally near to the line the first leads.
-    let (i, j) = (i.min(j) as usize, i.max(j) as usize);
-    let (n1, n2) = (wide(surface.normals()[i]), wide(surface.normals()[j]));
-    if n1 == Vector3::zeros() || n2 == Vector3::zeros() {
-        return None;
+/// Counts for all points, from the pairs of some: of two points that are needed the first in the order counts for both.
+fn counts_of(ordered: &Ordered, needed: &[bool], radius: f64, some: std::ops::Range<usize>) -> Vec<[u32; DIM]> {
+    let mut counts = vec![[0u32; DIM]; needed.len()];
+    let all_needed = needed.iter().all(|is_needed| *is_needed);
+    for i in some.filter(|&i| needed[i] && ordered.normal(i) != [0.0; 3]) {
+        for run in ordered.cells.runs(&ordered.point(i), radius) {
+            let start = if all_needed { run.start.max(i + 1) } else { run.start };
+            ordered.visit(i, start..run.end.max(start), squared(radius), |j, bins| {
+                if !needed[j] {
+                    count(&mut counts[i], bins);
+                } else if j > i {
+                    count(&mut counts[i], bins);
+                    count(&mut counts[j], bins);
+                }
+            });
+        }
     }
-    let delta = wide(surface.points()[j]) - wide(surface.points()[i]);
-    pair_features(&n1, &n2, &delta).map(|features| bins(&features))
+    counts
 }
 
 fn percentages(counts: &[u32; DIM]) -> [f32; DIM] {
@@ -100,77 +200,73 @@ fn percentages(counts: &[u32; DIM]) -> [f32; DIM] {
     counts.map(|count| (100.0 * f64::from(count) / f64::from(n_pairs.max(1))) as f32)
 }
 
-/// Cosines of the borders of the bins of f1, odd multiples of π/11: the middle bin lies around zero.
-const ANGLE_BORDERS: [f64; 5] = [
-    0.959_492_973_614_497_4,
-    0.654_860_733_945_285_1,
-    0.142_314_838_273_285_14,
-    -0.415_415_013_001_886_4,
-    -0.841_253_532_831_181_2,
-];
-
-fn bins(features: &PairFeatures) -> [usize; 3] {
-    let bin = |cosine: f64| (((cosine + 1.0) / 2.0 * BINS as f64).max(0.0) as usize).min(BINS - 1);
-    // The angle's bin by comparing cosines: the angle itself is not needed.
-    let [along, aside] = features.turn;
-    let length = (along * along + aside * aside).sqrt();
-    let steps = ANGLE_BORDERS.iter().filter(|&&border| along <= border * length).count();
-    let angle_bin = if aside >= 0.0 { BINS / 2 + steps } else { BINS / 2 - steps };
-    [angle_bin, BINS + bin(features.f2), 2 * BINS + bin(features.f3)]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use congruent_geometry::narrow;
     use congruent_geometry::random::Stream;
+    use nalgebra::Vector3;
 
-    fn direction(stream: &mut Stream) -> Vector3<f64> {
-        Vector3::new(stream.normal(), stream.normal(), stream.normal()).normalize()
+    fn direction(stream: &mut Stream) -> Point {
+        narrow(&Vector3::new(stream.normal(), stream.normal(), stream.normal()).normalize())
+    }
+
+    fn blocks(bins: u32) -> [u32; 3] {
+        [bins & 0xff, bins >> 8 & 0xff, bins >> 16]
     }
 
     #[test]
     fn the_roles_of_the_points_do_not_matter() {
         let mut stream = Stream::new(1, 0);
-        for _ in 0..1000 {
-            let (n1, n2, delta) = (direction(&mut stream), direction(&mut stream), direction(&mut stream));
-            assert_eq!(pair_features(&n1, &n2, &delta), pair_features(&n2, &n1, &-delta));
+        for i in 0..2000 {
+            let (a, mut b, offset) = (direction(&mut stream), direction(&mut stream), direction(&mut stream));
+            if i % 4 == 0 {
+                b = a;
+            }
+            assert_eq!(bins(a, b, offset, 2.0), bins(b, a, offset.map(|v| -v), 2.0));
+        }
+    }
+
+    /// The features by their definition: Rusu's frame at the leading point, in f64.
+    fn by_definition(a: Point, b: Point, offset: Point) -> [f64; 3] {
+        let [mut a, mut b, mut line] = [a, b, offset].map(congruent_geometry::wide);
+        if a.dot(&line).abs() < b.dot(&line).abs() {
+            (a, b, line) = (b, a, -line);
+        }
+        let v = line.cross(&a).normalize();
+        let w = a.cross(&v);
+        [w.dot(&b).atan2(a.dot(&b)), v.dot(&b), a.dot(&line) / line.norm()]
+    }
+
+    #[test]
+    fn the_bins_are_those_of_the_definition() {
+        let mut stream = Stream::new(2, 0);
+        for _ in 0..5000 {
+            let (a, b, offset) = (direction(&mut stream), direction(&mut stream), direction(&mut stream));
+            let [f1, f2, f3] = by_definition(a, b, offset);
+            let places = [f1 / std::f64::consts::TAU + 0.5, f2 / 2.0 + 0.5, f3 / 2.0 + 0.5].map(|share| share * 11.0);
+            for (bin, place) in blocks(bins(a, b, offset, 2.0)).into_iter().zip(places) {
+                // On a border rounding decides.
+                let on_border = (place - place.round()).abs() < 1e-4;
+                assert!(on_border || f64::from(bin) == place.floor().min(10.0), "{bin} {place}");
+            }
         }
     }
 
     #[test]
     fn a_known_pair_has_its_features() {
-        // n1 leads at 60° to the line; n2 is turned from n1 by 30° about v = −z.
-        let (n1, n2) = (angled(60.0), angled(90.0));
-        let PairFeatures { turn: [along, aside], f2, f3 } = pair_features(&n1, &n2, &Vector3::x()).unwrap();
-        let f1 = aside.atan2(along);
-        assert!((f1.abs() - 30f64.to_radians()).abs() < 1e-12 && f2.abs() < 1e-12 && (f3 - 0.5).abs() < 1e-12);
-    }
-
-    fn angled(degrees: f64) -> Vector3<f64> {
-        let (sin, cos) = degrees.to_radians().sin_cos();
-        Vector3::new(cos, sin, 0.0)
+        // The first normal leads at 60° to the line; the other is turned from it by 30°.
+        let angled = |degrees: f32| [degrees.to_radians().cos(), degrees.to_radians().sin(), 0.0];
+        // f1 = 30° or −30°, f2 = 0, f3 = 0.5.
+        let [f1, f2, f3] = blocks(bins(angled(60.0), angled(90.0), [1.0, 0.0, 0.0], 2.0));
+        assert!((f1 == 4 || f1 == 6) && f2 == 5 && f3 == 8, "{f1} {f2} {f3}");
     }
 
     #[test]
     fn pairs_without_a_frame_have_none() {
-        assert_eq!(pair_features(&Vector3::x(), &Vector3::y(), &Vector3::zeros()), None);
-        assert_eq!(pair_features(&Vector3::x(), &Vector3::y(), &Vector3::x()), None);
-    }
-
-    #[test]
-    fn the_ends_of_the_ranges_are_in_range() {
-        let at = |f1: f64, f2, f3| bins(&PairFeatures { turn: [f1.cos(), f1.sin()], f2, f3 });
-        assert_eq!(at(-std::f64::consts::PI + 1e-9, -1.0, -1.0), [0, 11, 22]);
-        assert_eq!(at(0.0, 0.0, 0.0), [5, 16, 27]);
-        assert_eq!(at(std::f64::consts::PI, 1.0 + 1e-15, 1.0), [10, 21, 32]);
-    }
-
-    #[test]
-    fn angles_fall_into_eleven_even_bins() {
-        for step in 0..2000 {
-            let f1 = -std::f64::consts::PI + (f64::from(step) + 0.5) * std::f64::consts::TAU / 2000.0;
-            let expected = ((f1 / std::f64::consts::TAU + 0.5) * 11.0) as usize;
-            assert_eq!(bins(&PairFeatures { turn: [3.0 * f1.cos(), 3.0 * f1.sin()], f2: 0.0, f3: 0.0 })[0], expected);
+        let (x, y) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        for (a, b, offset) in [(x, y, [0.0; 3]), (x, y, x), (x, [0.0; 3], y), (x, y, [0.0, 2.0, 0.1])] {
+            assert_eq!(bins(a, b, offset, 2.0), NO_BINS);
         }
     }
 
@@ -178,9 +274,11 @@ mod tests {
     fn all_at_once_and_one_by_one_are_the_same() {
         let surface = crate::testing::bumpy(25, 3);
         for needed in [vec![true; surface.len()], (0..surface.len()).map(|i| i % 3 == 0).collect::<Vec<_>>()] {
-            let all = pair_histograms(&surface, &needed, 0.2);
-            for i in (0..surface.len()).filter(|&i| needed[i]) {
-                assert_eq!(all[i], pair_histogram(&surface, i as u32, 0.2));
+            for radius in [0.2, 3.0] {
+                let all = pair_histograms(&surface, &needed, radius);
+                for i in (0..surface.len()).filter(|&i| needed[i]) {
+                    assert_eq!(all[i], pair_histogram(&surface, i as u32, radius));
+                }
             }
         }
     }

@@ -20,8 +20,9 @@ pub fn optimise(
 ) -> (RigidTransform, Score) {
     let mut best = (*start, metric.score(evidence, start));
     let mut pose = *start;
+    let mut residuals_sq = Vec::new();
     for _ in 0..rounds {
-        let Some(next) = refit(&pose, metric, evidence) else { break };
+        let Some(next) = refit(&pose, metric, evidence, &mut residuals_sq) else { break };
         let score = metric.score(evidence, &next);
         let gain = score.value() - best.1.value();
         if score > best.1 {
@@ -35,11 +36,17 @@ pub fn optimise(
     best
 }
 
-/// One weighted fit.
-fn refit(pose: &RigidTransform, metric: &dyn Metric, evidence: &Evidence) -> Option<RigidTransform> {
+/// One weighted fit; the buffer is used again.
+fn refit(
+    pose: &RigidTransform,
+    metric: &dyn Metric,
+    evidence: &Evidence,
+    residuals_sq: &mut Vec<f32>,
+) -> Option<RigidTransform> {
+    evidence.residuals_sq(pose, residuals_sq);
     let pairs: Vec<_> = (0..evidence.len())
         .filter_map(|i| {
-            let weight = metric.weight(evidence.residual(i, pose));
+            let weight = metric.weight(f64::from(residuals_sq[i]).sqrt());
             (weight > 0.0).then(|| (evidence.source(i), evidence.target(i), weight))
         })
         .collect();
@@ -83,7 +90,7 @@ mod tests {
                 let mut pose = three_point_pose(&evidence);
                 let mut score = metric.score(&evidence, &pose).value();
                 for _ in 0..20 {
-                    let Some(next) = refit(&pose, metric, &evidence) else { break };
+                    let Some(next) = refit(&pose, metric, &evidence, &mut Vec::new()) else { break };
                     let after = metric.score(&evidence, &next).value();
                     // Sums of f32 gains repeat to about six digits.
                     assert!(after >= score - 2e-5 * score.abs(), "seed {seed}: {score} fell to {after}");

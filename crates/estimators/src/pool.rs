@@ -3,6 +3,9 @@
 use crate::Hypothesis;
 use congruent_geometry::{Point, RigidTransform, wide};
 use nalgebra::{Point3, Vector3};
+use std::collections::HashMap;
+
+type Cell = [i64; 3];
 
 /// Points by which poses are compared.
 const PROBES: usize = 8;
@@ -27,17 +30,29 @@ impl Distinctness {
     /// The best of each group of like poses, at most `keep`. The hypotheses come ranked, and stay so.
     #[must_use]
     pub fn distinct(&self, ranked: &[Hypothesis], keep: usize) -> Vec<Hypothesis> {
-        let mut kept: Vec<(Vec<Vector3<f64>>, Hypothesis)> = Vec::new();
+        let mut kept = Vec::new();
+        let mut cells: HashMap<Cell, Vec<Vec<Vector3<f64>>>> = HashMap::new();
         for hypothesis in ranked {
             if kept.len() == keep {
                 break;
             }
             let places = self.places(&hypothesis.target_from_source);
-            if kept.iter().all(|(other, _)| !self.same(other, &places)) {
-                kept.push((places, *hypothesis));
+            let cell = self.cell(&places);
+            let is_known = around(cell).filter_map(|near| cells.get(&near)).flatten().any(|p| self.same(p, &places));
+            if !is_known {
+                cells.entry(cell).or_default().push(places);
+                kept.push(*hypothesis);
             }
         }
-        kept.into_iter().map(|(_, hypothesis)| hypothesis).collect()
+        kept
+    }
+
+    /// Where the middle of the probes goes, in cells as wide as poses must be apart. The middles of like poses are no
+    /// farther apart than their probes are on the mean, so like poses are in neighbouring cells.
+    fn cell(&self, places: &[Vector3<f64>]) -> Cell {
+        let middle = places.iter().sum::<Vector3<f64>>() / places.len().max(1) as f64;
+        let side = if self.min_displacement > 0.0 { self.min_displacement } else { 1.0 };
+        std::array::from_fn(|axis| (middle[axis] / side).floor() as i64)
     }
 
     fn places(&self, pose: &RigidTransform) -> Vec<Vector3<f64>> {
@@ -58,10 +73,20 @@ impl Distinctness {
     }
 }
 
+/// A cell and the 26 around it.
+fn around([x, y, z]: Cell) -> impl Iterator<Item = Cell> {
+    let steps = |v: i64| [v.saturating_sub(1), v, v.saturating_add(1)];
+    steps(x)
+        .into_iter()
+        .flat_map(move |x| steps(y).into_iter().flat_map(move |y| steps(z).into_iter().map(move |z| [x, y, z])))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use congruent_geometry::random::Stream;
     use congruent_metrics::Score;
+    use nalgebra::{Translation3, UnitQuaternion};
 
     #[test]
     fn the_best_of_like_poses_stays() {
@@ -76,5 +101,32 @@ mod tests {
             |keep| Distinctness::new(&points, 5.0).distinct(&ranked, keep).iter().map(|h| h.trial).collect::<Vec<_>>();
         assert_eq!(trials(9), [0, 2, 4]);
         assert_eq!(trials(2), [0, 2]);
+    }
+    #[test]
+    fn looking_around_misses_no_like_pose() {
+        let points: Vec<Point> = (0..40).map(|i| [i as f32, (i % 7) as f32, (i % 3) as f32]).collect();
+        let pool = Distinctness::new(&points, 5.0);
+        let ranked: Vec<Hypothesis> = (0..600u64)
+            .map(|trial| {
+                let mut stream = Stream::new(8, trial);
+                let turn = UnitQuaternion::from_scaled_axis(Vector3::from_fn(|_, _| stream.between(-0.2, 0.2)));
+                let shift = Translation3::from(Vector3::from_fn(|_, _| stream.between(-9.0, 9.0)));
+                Hypothesis {
+                    target_from_source: RigidTransform::from_parts(shift, turn),
+                    score: Score::new(-(trial as f64)),
+                    trial,
+                }
+            })
+            .collect();
+        let mut expected: Vec<&Hypothesis> = Vec::new();
+        for hypothesis in &ranked {
+            let places = pool.places(&hypothesis.target_from_source);
+            if expected.iter().all(|other| !pool.same(&pool.places(&other.target_from_source), &places)) {
+                expected.push(hypothesis);
+            }
+        }
+        let found = pool.distinct(&ranked, usize::MAX);
+        assert!(found.len() > 50 && found.len() < 500);
+        assert!(found.iter().map(|h| h.trial).eq(expected.iter().map(|h| h.trial)));
     }
 }

@@ -5,6 +5,7 @@
 //! those of Yang et al., *On Efficient and Robust Metrics for RANSAC Hypotheses and 3D Rigid Registration* (2020);
 //! where the paper leaves a gap, the place says how it was settled. Nothing here opens a file or prints.
 
+pub mod calibration;
 mod csv;
 pub mod experiment;
 mod matches;
@@ -16,5 +17,5 @@ mod truth;
 pub use csv::csv_line;
 pub use matches::{InlierShare, inlier_share, repeatability};
 pub use row::{PairRow, Status};
-pub use summary::{D_RMSE, Summary, mcnemar_of};
-pub use truth::{GroundTruth, MIN_SHARED, PoseErrors};
+pub use summary::{BANDS, D_RMSE, Summary, VERDICT_D_RMSE, mcnemar_of};
+pub use truth::{GroundTruth, MIN_SHARED, PoseErrors, SHARED_WITHIN_PR};

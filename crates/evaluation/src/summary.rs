@@ -8,11 +8,11 @@ use std::fmt::{self, Write};
 /// The bounds at which a pose counts as right, in `pr`.
 pub const D_RMSE: [f64; 10] = [0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0];
 /// The bound at which the verdict is judged, in `pr`.
-const VERDICT_D_RMSE: f64 = 5.0;
+pub const VERDICT_D_RMSE: f64 = 5.0;
 /// Fewer true correspondences cannot make a pose.
 const MIN_TRUE_MATCHES: usize = 3;
 /// Bands of overlap: from, below, name.
-const BANDS: [(f64, f64, &str); 3] =
+pub const BANDS: [(f64, f64, &str); 3] =
     [(0.0, 0.3, "overlap < 0.3"), (0.3, 0.5, "0.3 to 0.5"), (0.5, f64::INFINITY, "0.5 and more")];
 
 /// Accuracy, time and verdicts of many pairs; printed by its `Display`.

@@ -12,7 +12,7 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 /// Source points with a target point this near, in resolutions, are shared.
-const SHARED_WITHIN_PR: f64 = 4.0;
+pub const SHARED_WITHIN_PR: f64 = 4.0;
 /// A pair that shares fewer points cannot be judged.
 pub const MIN_SHARED: usize = 10;
 

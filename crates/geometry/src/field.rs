@@ -1,6 +1,7 @@
 //! The nearest point of a cloud, looked up in a grid: what kd-trees answer exactly, answered in one memory access.
 
 use crate::Point;
+use crate::grid::Grid;
 use std::collections::HashMap;
 
 /// More cells than this would cost more memory than a scan is worth; the cells grow instead.
@@ -13,9 +14,7 @@ const NOTHING: u32 = u32::MAX;
 /// of its cell: so a point returned may be farther than the nearest one by up to two diagonals of a cell. Built once in
 /// time proportional to occupied cells × (reach / cell)³.
 pub struct NearestField {
-    low: Point,
-    cell: f32,
-    size: [usize; 3],
+    grid: Grid,
     nearest: Vec<u32>,
 }
 
@@ -23,11 +22,11 @@ impl NearestField {
     /// Cells of side `cell` (data units), filled as far as `reach` around the points.
     #[must_use]
     pub fn new(points: &[Point], cell: f64, reach: f64) -> Self {
-        let (low, size, cell) = layout(points, cell, reach);
-        let mut field = NearestField { low, cell, size, nearest: vec![NOTHING; size.iter().product()] };
+        let grid = Grid::around(points, cell, reach, MAX_CELLS);
+        let mut field = NearestField { grid, nearest: vec![NOTHING; grid.n_cells()] };
         let mut distance_sq = vec![f32::INFINITY; field.nearest.len()];
         for number in field.representatives(points) {
-            field.stamp(number, &points[number as usize], reach as f32 / cell, &mut distance_sq);
+            field.stamp(number, &points[number as usize], reach as f32 / grid.side, &mut distance_sq);
         }
         field
     }
@@ -36,11 +35,10 @@ impl NearestField {
     fn representatives(&self, points: &[Point]) -> Vec<u32> {
         let mut best: HashMap<usize, (f32, u32)> = HashMap::new();
         for (number, point) in (0u32..).zip(points) {
-            let place = self.place(point);
+            let place = self.grid.place(point);
             let cell = place.map(|v| v as usize);
             let away: f32 = (0..3).map(|axis| (place[axis] - cell[axis] as f32 - 0.5).powi(2)).sum();
-            let entry =
-                best.entry((cell[2] * self.size[1] + cell[1]) * self.size[0] + cell[0]).or_insert((away, number));
+            let entry = best.entry(self.grid.number(cell)).or_insert((away, number));
             if away < entry.0 {
                 *entry = (away, number);
             }
@@ -50,25 +48,20 @@ impl NearestField {
         chosen
     }
 
-    /// Coordinates in cells.
-    fn place(&self, point: &Point) -> Point {
-        std::array::from_fn(|axis| (point[axis] - self.low[axis]) / self.cell)
-    }
-
     /// Offers a point to all cells within `reach` (in cells, plus half a diagonal).
     fn stamp(&mut self, number: u32, point: &Point, reach: f32, distance_sq: &mut [f32]) {
-        let place = self.place(point);
+        let place = self.grid.place(point);
         let reach = reach + 0.87;
         let range = |axis: usize, half: f32| {
             let low = (place[axis] - half - 0.5).ceil().max(0.0) as usize;
             let high = ((place[axis] + half - 0.5).floor() + 1.0).max(0.0) as usize;
-            low..high.min(self.size[axis])
+            low..high.min(self.grid.size[axis])
         };
         for z in range(2, reach) {
             let from_z = (z as f32 + 0.5 - place[2]).powi(2);
             for y in range(1, (reach * reach - from_z).max(0.0).sqrt()) {
                 let from_yz = from_z + (y as f32 + 0.5 - place[1]).powi(2);
-                let row = (z * self.size[1] + y) * self.size[0];
+                let row = self.grid.number([0, y, z]);
                 for x in range(0, (reach * reach - from_yz).max(0.0).sqrt()) {
                     let away = from_yz + (x as f32 + 0.5 - place[0]).powi(2);
                     if away < distance_sq[row + x] {
@@ -86,36 +79,15 @@ impl NearestField {
     pub fn nearest(&self, query: &Point) -> Option<u32> {
         let mut at = [0usize; 3];
         for axis in 0..3 {
-            let place = (query[axis] - self.low[axis]) / self.cell;
-            if !(place >= 0.0 && place < self.size[axis] as f32) {
+            let place = (query[axis] - self.grid.low[axis]) / self.grid.side;
+            if !(place >= 0.0 && place < self.grid.size[axis] as f32) {
                 return None;
             }
             at[axis] = place as usize;
         }
-        let found = self.nearest[(at[2] * self.size[1] + at[1]) * self.size[0] + at[0]];
+        let found = self.nearest[self.grid.number(at)];
         (found != NOTHING).then_some(found)
     }
-}
-
-/// Lower corner, cells along each axis, and the side of a cell.
-fn layout(points: &[Point], cell: f64, reach: f64) -> (Point, [usize; 3], f32) {
-    let mut low = [f32::INFINITY; 3];
-    let mut high = [f32::NEG_INFINITY; 3];
-    for point in points {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(point[axis]);
-            high[axis] = high[axis].max(point[axis]);
-        }
-    }
-    if points.is_empty() {
-        return ([0.0; 3], [0; 3], cell as f32);
-    }
-    let side = |axis: usize| f64::from(high[axis]) - f64::from(low[axis]) + 2.0 * reach;
-    let mut cell = cell;
-    while (0..3).map(|axis| side(axis) / cell + 1.0).product::<f64>() > MAX_CELLS {
-        cell *= 1.2;
-    }
-    (low.map(|v| v - reach as f32), std::array::from_fn(|axis| (side(axis) / cell) as usize + 1), cell as f32)
 }
 
 #[cfg(test)]

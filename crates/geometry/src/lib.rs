@@ -3,9 +3,12 @@
 //! A [`RawScan`] is what a file says. [`Scan::new`] cleans and centres it. A [`Surface`] adds unit normals, a
 //! neighbour index and the resolution, which is what detectors and descriptors work on.
 
+mod cells;
 mod eigen;
+mod few_neighbors;
 mod field;
 mod fit;
+mod grid;
 mod index;
 mod length;
 mod mesh;
@@ -19,6 +22,7 @@ mod transform;
 mod view;
 mod voxel;
 
+pub use cells::Cells;
 pub use eigen::{SortedEigen, sorted_eigen};
 pub use field::NearestField;
 pub use fit::{fit_three, fit_weighted};
@@ -27,12 +31,12 @@ pub use length::{Length, LengthError};
 pub use mesh::vertex_normals;
 pub use normals::{Neighborhood, PointNormal, estimate_normals};
 pub use orientation::{Orientation, Oriented, orient};
-pub use resolution::{Resolution, resolution, resolution_at};
+pub use resolution::{Resolution, resolution, resolution_at, resolution_sampled};
 pub use scan::{Dropped, RawScan, Scan, ScanError};
 pub use surface::Surface;
 pub use transform::{RigidTransform, angle_between, from_rows, mean_displacement, to_rows, uncentred};
 pub use view::{View, ViewKind, estimate_view};
-pub use voxel::{Sample, voxel_centroids};
+pub use voxel::{Sample, voxel_centroids, voxel_count};
 
 /// A point or a normal as it is stored: three `f32`, centred coordinates.
 pub type Point = [f32; 3];

@@ -1,5 +1,6 @@
 //! The resolution of a cloud, `pr`: the length all other lengths are measured in.
 
+use crate::few_neighbors::nearest_others_sq;
 use crate::random::Stream;
 use crate::{NeighborIndex, Point};
 use rayon::prelude::*;
@@ -30,14 +31,28 @@ pub fn resolution(points: &[Point], index: &NeighborIndex) -> Option<Resolution>
 /// The same, asked at `queries` points drawn evenly (at all of them where there are no more).
 #[must_use]
 pub fn resolution_at(points: &[Point], index: &NeighborIndex, queries: usize) -> Option<Resolution> {
-    let is_exact = points.len() <= queries;
-    let asked: Vec<u32> = if is_exact {
-        (0..points.len() as u32).collect()
-    } else {
-        let mut stream = Stream::new(0, points.len() as u64);
-        (0..queries).map(|_| stream.below(points.len() as u32)).collect()
-    };
+    let asked = drawn(points.len(), queries);
     let distances: Vec<f64> = asked.par_iter().filter_map(|&i| nearest_other(points, index, i)).collect();
+    mean(&distances, points.len() <= queries)
+}
+
+/// The same where there is no index; for few queries it is cheaper than to build one.
+#[must_use]
+pub fn resolution_sampled(points: &[Point], queries: usize) -> Option<Resolution> {
+    let distances_sq = nearest_others_sq(points, &drawn(points.len(), queries));
+    let finite = distances_sq.into_iter().filter(|distance_sq| distance_sq.is_finite());
+    mean(&finite.map(|distance_sq| f64::from(distance_sq).sqrt()).collect::<Vec<_>>(), points.len() <= queries)
+}
+
+fn drawn(n: usize, queries: usize) -> Vec<u32> {
+    if n <= queries {
+        return (0..n as u32).collect();
+    }
+    let mut stream = Stream::new(0, n as u64);
+    (0..queries).map(|_| stream.below(n as u32)).collect()
+}
+
+fn mean(distances: &[f64], is_exact: bool) -> Option<Resolution> {
     let n = distances.len() as f64;
     let mean = distances.iter().sum::<f64>() / n;
     let variance = distances.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / n;
@@ -81,8 +96,19 @@ mod tests {
     }
 
     #[test]
+    fn with_or_without_an_index_it_is_the_same() {
+        let points: Vec<Point> = (0..5000).map(|i| [(i % 71) as f32 * 0.3, (i / 71) as f32, (i % 5) as f32]).collect();
+        for queries in [300, 9000] {
+            let by_index = resolution_at(&points, &NeighborIndex::new(&points), queries).unwrap();
+            let sampled = resolution_sampled(&points, queries).unwrap();
+            assert!((by_index.mean - sampled.mean).abs() < 1e-6 * by_index.mean);
+        }
+    }
+
+    #[test]
     fn less_than_two_distinct_points_have_none() {
         for points in [vec![], vec![[1.0f32; 3]], vec![[1.0; 3]; 4]] {
+            assert!(resolution_sampled(&points, 10).is_none());
             assert!(resolution(&points, &NeighborIndex::new(&points)).is_none());
         }
     }

@@ -26,10 +26,12 @@ mod text;
 mod write;
 mod xyz;
 
-pub use dataset::{About, Dataset, DatasetFault, PairLine, TruePair, TruthAbout, TruthFormat, pairs_csv, read_dataset};
+pub use dataset::{
+    About, Dataset, DatasetFault, PairLine, PairsAbout, TruePair, TruthAbout, TruthFormat, pairs_csv, read_dataset,
+};
 pub use error::IoError;
 pub use npy::{Matrix, NpyFault, read_npy, write_npy};
-pub use ply::{PlyFault, write_ply};
+pub use ply::{PlyFault, write_coloured_ply, write_ply};
 pub use pose::{PoseFault, read_pose, write_pose};
 pub use read::read_scan;
 pub use scan::{Loss, Written, write_scan};

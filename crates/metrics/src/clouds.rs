@@ -1,6 +1,7 @@
 //! The two clouds as dense metrics want them: points of the source to move, and neighbours among those of the target.
 
 use crate::motion::Motion;
+use crate::vicinity::Vicinity;
 use congruent_geometry::{NeighborIndex, Point, RigidTransform, Surface, voxel_centroids};
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +29,8 @@ pub enum Density {
 pub(crate) struct CloudPair<'a> {
     source: Points<'a>,
     target: Index<'a>,
+    /// Of the target; nothing where every distance counts.
+    vicinity: Option<Vicinity>,
 }
 
 enum Points<'a> {
@@ -41,17 +44,23 @@ enum Index<'a> {
 }
 
 impl<'a> CloudPair<'a> {
-    /// `resolution` is that of the pair; the voxels are in units of it.
-    pub(crate) fn new(clouds: Clouds<'a>, density: Density, resolution: f64) -> Self {
+    /// `resolution` is that of the pair; the voxels are in units of it. Distances above `reach` (data units) do not matter.
+    pub(crate) fn new(clouds: Clouds<'a>, density: Density, resolution: f64, reach: f64) -> Self {
         let Clouds { source, target } = clouds;
         match density {
-            Density::Full => CloudPair { source: Points::Lent(source.points()), target: Index::Lent(target.index()) },
+            Density::Full => CloudPair {
+                source: Points::Lent(source.points()),
+                target: Index::Lent(target.index()),
+                vicinity: Vicinity::new(target.points(), reach),
+            },
             Density::Thinned => {
                 let leaf = leaf(source.len()) * resolution;
                 let thinned = |surface: &Surface| voxel_centroids(surface.points(), None, leaf).points;
+                let target = thinned(target);
                 CloudPair {
                     source: Points::Own(thinned(source)),
-                    target: Index::Own(NeighborIndex::new(&thinned(target))),
+                    target: Index::Own(NeighborIndex::new(&target)),
+                    vicinity: Vicinity::new(&target, reach),
                 }
             }
         }
@@ -62,14 +71,17 @@ impl<'a> CloudPair<'a> {
         self.points().len()
     }
 
-    /// Squared distance from each moved source point to the nearest target point; none for an empty target.
+    /// Squared distance from each moved source point to the nearest target point; none for an empty target. Points that
+    /// are farther than the reach may be left out.
     pub(crate) fn distances_sq(&self, target_from_source: &RigidTransform) -> impl Iterator<Item = f32> + '_ {
         let motion = Motion::new(target_from_source);
         let index = match &self.target {
             Index::Lent(index) => index,
             Index::Own(index) => index,
         };
-        self.points().iter().filter_map(move |p| Some(index.nearest(&motion.moved(p))?.distance_sq))
+        let may_count = |p: &Point| self.vicinity.as_ref().is_none_or(|vicinity| vicinity.may_be_near(p));
+        let moved = self.points().iter().map(move |p| motion.moved(p)).filter(may_count);
+        moved.filter_map(move |p| Some(index.nearest(&p)?.distance_sq))
     }
 
     fn points(&self) -> &[Point] {
@@ -117,7 +129,7 @@ pub(crate) mod tests {
     fn distances_are_those_of_brute_force() {
         let (source, target) = (surface(scatter(200, 1)), surface(scatter(300, 2)));
         let pose = RigidTransform::new(nalgebra::Vector3::new(3.0, -1.0, 2.0), nalgebra::Vector3::new(0.1, 0.2, -0.3));
-        let pair = CloudPair::new(Clouds { source: &source, target: &target }, Density::Full, 1.0);
+        let pair = CloudPair::new(Clouds { source: &source, target: &target }, Density::Full, 1.0, f64::INFINITY);
         let moved = |p: &Point| (pose * nalgebra::Point3::from(congruent_geometry::wide(*p))).coords;
         for (p, found) in source.points().iter().zip(pair.distances_sq(&pose)) {
             let to = |q: &Point| (congruent_geometry::wide(*q) - moved(p)).norm_squared();
@@ -127,10 +139,26 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn with_a_reach_no_distance_within_it_changes() {
+        let (source, target) = (surface(scatter(400, 1)), surface(scatter(60, 2)));
+        let clouds = Clouds { source: &source, target: &target };
+        let pair = |reach| CloudPair::new(clouds, Density::Full, 1.0, reach);
+        for x in [0.0, 20.0, 90.0] {
+            let pose = RigidTransform::translation(x, 3.0, -2.0);
+            let within = |pair: CloudPair<'_>| pair.distances_sq(&pose).filter(|d| *d < 49.0).collect::<Vec<_>>();
+            assert_eq!(within(pair(7.0)), within(pair(f64::INFINITY)));
+            assert!(pair(7.0).distances_sq(&pose).count() < 380);
+        }
+    }
+
+    #[test]
     fn thinning_leaves_fewer_points_and_the_same_shape() {
         let cloud = surface(scatter(6_000, 3));
         let clouds = Clouds { source: &cloud, target: &cloud };
-        let (full, thin) = (CloudPair::new(clouds, Density::Full, 5.0), CloudPair::new(clouds, Density::Thinned, 5.0));
+        let (full, thin) = (
+            CloudPair::new(clouds, Density::Full, 5.0, f64::INFINITY),
+            CloudPair::new(clouds, Density::Thinned, 5.0, f64::INFINITY),
+        );
         assert_eq!(full.len(), 6_000);
         // Voxels of side 10 in a box of side 100.
         assert!(thin.len() <= 11 * 11 * 11 && thin.len() >= 900, "{}", thin.len());
@@ -140,7 +168,7 @@ pub(crate) mod tests {
     #[test]
     fn an_empty_target_gives_no_distance() {
         let (cloud, none) = (surface(scatter(10, 4)), surface(vec![]));
-        let pair = CloudPair::new(Clouds { source: &cloud, target: &none }, Density::Thinned, 1.0);
+        let pair = CloudPair::new(Clouds { source: &cloud, target: &none }, Density::Thinned, 1.0, f64::INFINITY);
         assert_eq!(pair.distances_sq(&RigidTransform::identity()).count(), 0);
     }
 }

@@ -149,8 +149,8 @@ impl OverlapConfig {
         resolution: f64,
         clouds: Clouds<'a>,
     ) -> Box<dyn Metric + 'a> {
-        let kernel = kernel(self.threshold.resolve(resolution));
-        Box::new(NearestSum::new(kernel, clouds, self.clouds, resolution))
+        let threshold = self.threshold.resolve(resolution);
+        Box::new(NearestSum::new(kernel(threshold), clouds, self.clouds, resolution, threshold))
     }
 }
 

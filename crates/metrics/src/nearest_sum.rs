@@ -15,10 +15,10 @@ pub struct NearestSum<'a, K> {
 }
 
 impl<'a, K: Kernel> NearestSum<'a, K> {
-    /// `resolution` is that of the pair, data units.
+    /// `resolution` is that of the pair, data units; beyond `reach` (data units) the kernel has to be zero.
     #[must_use]
-    pub fn new(kernel: K, clouds: Clouds<'a>, density: Density, resolution: f64) -> Self {
-        NearestSum { kernel, clouds: CloudPair::new(clouds, density, resolution) }
+    pub fn new(kernel: K, clouds: Clouds<'a>, density: Density, resolution: f64, reach: f64) -> Self {
+        NearestSum { kernel, clouds: CloudPair::new(clouds, density, resolution, reach) }
     }
 }
 
@@ -44,8 +44,8 @@ mod tests {
     fn a_cloud_on_itself_overlaps_wholly_and_less_the_farther_it_is_moved() {
         let cloud = surface(scatter(500, 1));
         let clouds = Clouds { source: &cloud, target: &cloud };
-        let count = NearestSum::new(InlierCount::new(5.0), clouds, Density::Full, 1.0);
-        let soft = NearestSum::new(Mse::new(5.0), clouds, Density::Full, 1.0);
+        let count = NearestSum::new(InlierCount::new(5.0), clouds, Density::Full, 1.0, 5.0);
+        let soft = NearestSum::new(Mse::new(5.0), clouds, Density::Full, 1.0, 5.0);
         let along = |metric: &dyn Metric, x: f64| {
             metric.score(&Evidence::default(), &RigidTransform::translation(x, 0.0, 0.0)).value()
         };
@@ -63,7 +63,7 @@ mod tests {
     fn a_point_at_the_threshold_does_not_overlap() {
         let (source, target) = (surface(vec![[0.0; 3]]), surface(vec![[0.0; 3]]));
         let clouds = Clouds { source: &source, target: &target };
-        let metric = NearestSum::new(InlierCount::new(2.0), clouds, Density::Full, 1.0);
+        let metric = NearestSum::new(InlierCount::new(2.0), clouds, Density::Full, 1.0, 2.0);
         for (x, expected) in [(0.0, 1.0), (1.999, 1.0), (2.0, 0.0), (9.0, 0.0)] {
             let pose = RigidTransform::translation(x, 0.0, 0.0);
             assert_eq!(metric.score(&Evidence::default(), &pose).value(), expected, "{x}");

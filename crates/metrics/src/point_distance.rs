@@ -31,11 +31,12 @@ impl<'a> PointDistance<'a> {
     /// `threshold` and `resolution` (that of the pair) in data units.
     #[must_use]
     pub fn new(threshold: f64, reading: Reading, clouds: Clouds<'a>, density: Density, resolution: f64) -> Self {
-        let max_distance_sq = match reading {
-            Reading::Original => (threshold * threshold) as f32,
-            Reading::Literal => f32::INFINITY,
+        let reach = match reading {
+            Reading::Original => threshold,
+            Reading::Literal => f64::INFINITY,
         };
-        PointDistance { clouds: CloudPair::new(clouds, density, resolution), max_distance_sq }
+        let clouds = CloudPair::new(clouds, density, resolution, reach);
+        PointDistance { clouds, max_distance_sq: (reach * reach) as f32 }
     }
 }
 

@@ -80,6 +80,26 @@ fn total<K: Kernel>(kernel: &K, pose: &Rows, evidence: &Evidence) -> f32 {
     sum
 }
 
+impl Evidence {
+    /// The squared distance between the moved source point and the target point of every pair, into `residuals_sq`.
+    pub fn residuals_sq(&self, target_from_source: &RigidTransform, residuals_sq: &mut Vec<f32>) {
+        residuals_sq.clear();
+        residuals_sq.resize(self.len(), 0.0);
+        fill(&Rows::new(target_from_source), self, residuals_sq);
+    }
+}
+
+/// Compiled like [`total`], with the same bits.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+fn fill(pose: &Rows, evidence: &Evidence, residuals_sq: &mut [f32]) {
+    let n = residuals_sq.len();
+    let ([px, py, pz], [qx, qy, qz]) =
+        (evidence.source.each_ref().map(|axis| &axis[..n]), evidence.target.each_ref().map(|axis| &axis[..n]));
+    for i in 0..n {
+        residuals_sq[i] = pose.residual_sq([px[i], py[i], pz[i]], [qx[i], qy[i], qz[i]]);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -109,6 +129,17 @@ mod tests {
             let plain: f64 = (0..n).map(|i| f64::from(kernel.gain((evidence.residual(i, &pose) as f32).powi(2)))).sum();
             let blocked = Summed(kernel).score(&evidence, &pose).value();
             assert!((plain - blocked).abs() < 1e-3 * (1.0 + plain), "{n}: {plain} {blocked}");
+        }
+    }
+
+    #[test]
+    fn all_residuals_at_once_equal_those_one_by_one() {
+        let (evidence, pose) = example(77);
+        let mut residuals_sq = vec![1.0; 3];
+        evidence.residuals_sq(&pose, &mut residuals_sq);
+        assert_eq!(residuals_sq.len(), 77);
+        for (i, residual_sq) in residuals_sq.iter().enumerate() {
+            assert!((f64::from(*residual_sq).sqrt() - evidence.residual(i, &pose)).abs() < 1e-4);
         }
     }
 

@@ -1,21 +1,20 @@
 //! One attempt: every stage of the chain once, in order.
 
+use crate::memory::{Memory, Sampled, Setting};
 use crate::preparation::sample;
+use crate::prior::Bounds;
 use crate::ranking::{Ranked, Ranking};
-use crate::refining::refined;
+use crate::refining::drawn_in;
 use crate::stage::Clock;
 use crate::verdict::{Evident, Judgement, Significance};
-use crate::{
-    Agreement, Counts, Failure, Pair, PipelineConfig, PointToPlaneConfig, RankingConfig, RefinementConfig, Signs,
-    Stage, Trace, stages,
-};
+use crate::{Agreement, Counts, Failure, Pair, PipelineConfig, RankingConfig, Signs, Stage, Trace, stages};
 use congruent_descriptors::Features;
 use congruent_estimators::Hypothesis;
-use congruent_geometry::{Oriented, Point, RigidTransform, Scan, Surface};
+use congruent_geometry::{Oriented, RigidTransform, Scan, Surface};
 use congruent_keypoints::Keypoint;
 use congruent_matching::Correspondence;
 use congruent_metrics::Evidence;
-use congruent_refinement::Hold;
+use congruent_refinement::{Hold, PointToPlaneConfig, Refinement, Uncertainty};
 use nalgebra::Vector3;
 
 /// What one attempt came to.
@@ -25,6 +24,8 @@ pub(crate) struct Answer {
     /// By the metric.
     pub(crate) score: f64,
     pub(crate) hold: Hold,
+    /// How good the pose is, between the centred clouds.
+    pub(crate) uncertainty: Option<Uncertainty>,
     /// How the normals were oriented.
     pub(crate) oriented: Pair<Oriented>,
     /// How the surfaces lie on each other, where that was looked at.
@@ -35,18 +36,30 @@ pub(crate) struct Answer {
 }
 
 /// Surfaces and what they came from.
-pub(crate) struct Prepared<'p> {
+#[derive(Clone)]
+pub(crate) struct Prepared {
     pub(crate) surfaces: Pair<Surface>,
     /// How their normals were oriented.
     pub(crate) oriented: Pair<Oriented>,
-    /// The scans as they came, centred.
-    pub(crate) points: Pair<&'p [Point]>,
+}
+
+/// Where poses come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Proposals {
+    /// From the correspondences, and from the prior's guess where there is one.
+    Searched,
+    /// From the guess alone.
+    Guessed,
 }
 
 /// One attempt and what it has noted so far.
 pub(crate) struct Chain<'a, 'c> {
     pub(crate) config: &'a PipelineConfig,
+    pub(crate) bounds: &'a Bounds,
+    pub(crate) proposals: Proposals,
+    pub(crate) memory: &'a mut Memory,
     pub(crate) clock: &'a mut Clock<'c>,
+    pub(crate) signs: Signs,
     pub(crate) counts: Counts,
     pub(crate) raw_resolution: f64,
     pub(crate) resolution: f64,
@@ -54,13 +67,8 @@ pub(crate) struct Chain<'a, 'c> {
 
 impl Chain<'_, '_> {
     /// `None` where the attempt would only repeat an earlier one. What the stages make is left in `trace`.
-    pub(crate) fn run(
-        &mut self,
-        scans: &Pair<&Scan>,
-        signs: Signs,
-        trace: &mut Trace,
-    ) -> Option<Result<Answer, Failure>> {
-        let prepared = match self.prepared(scans, signs) {
+    pub(crate) fn run(&mut self, scans: &Pair<&Scan>, trace: &mut Trace) -> Option<Result<Answer, Failure>> {
+        let prepared = match self.prepared(scans) {
             Ok(prepared) => prepared?,
             Err(failure) => return Some(Err(failure)),
         };
@@ -69,124 +77,169 @@ impl Chain<'_, '_> {
         Some(outcome)
     }
 
-    fn registered(&mut self, prepared: &Prepared<'_>, trace: &mut Trace) -> Result<Answer, Failure> {
-        let surfaces = &prepared.surfaces;
-        trace.keypoints = self.keypoints(surfaces);
-        trace.features = self.features(surfaces, &trace.keypoints);
+    fn registered(&mut self, prepared: &Prepared, trace: &mut Trace) -> Result<Answer, Failure> {
+        (trace.keypoints, trace.features) = self.described(&prepared.surfaces);
         self.answered(prepared, trace)
     }
 
     /// From descriptors, which are in the trace, to an answer.
-    pub(crate) fn answered(&mut self, prepared: &Prepared<'_>, trace: &mut Trace) -> Result<Answer, Failure> {
+    pub(crate) fn answered(&mut self, prepared: &Prepared, trace: &mut Trace) -> Result<Answer, Failure> {
         let surfaces = &prepared.surfaces;
         trace.matches = self.matches(&trace.features)?;
-        let evidence = self.evidence(surfaces, &trace.matches)?;
+        let evidence = self.evidence(surfaces, &trace.matches);
         trace.pool = self.pool(surfaces, &evidence)?;
         let chosen = self.chosen(prepared, &trace.pool);
         Ok(self.judged(&chosen, prepared, &evidence))
     }
 
-    fn prepared<'p>(&mut self, scans: &Pair<&'p Scan>, signs: Signs) -> Result<Option<Prepared<'p>>, Failure> {
+    /// Nothing where there are no signs to turn.
+    fn prepared(&mut self, scans: &Pair<&Scan>) -> Result<Option<Prepared>, Failure> {
+        let known = self.memory.prepared.get(&self.config.sampling);
+        let sampled = match known {
+            Some(known) => known,
+            None => {
+                let sampled = self.sampled(scans)?;
+                self.memory.prepared.keep(self.config.sampling.clone(), &sampled);
+                sampled
+            }
+        };
+        self.raw_resolution = sampled.raw_resolution;
+        self.resolution = sampled.resolution;
+        self.counts.sampled = sampled.prepared.surfaces.as_ref().map(|surface| surface.len());
+        Ok(sampled.prepared.with_signs(self.signs))
+    }
+
+    fn sampled(&mut self, scans: &Pair<&Scan>) -> Result<Sampled, Failure> {
         let config = self.config;
         let sampled = self
             .clock
             .time(Stage::Sampling, || sample(&[scans.source, scans.target], &config.sampling, config.normals.source))?;
-        self.raw_resolution = sampled.raw_resolution;
-        self.resolution = sampled.resolution;
-        let resolution = self.resolution;
+        let (raw_resolution, resolution) = (sampled.raw_resolution, sampled.resolution);
         let both = self.clock.time(Stage::Normals, || stages::normals(sampled.clouds, config, resolution));
         let (surfaces, oriented) = Pair::of_two(both).unzip();
-        self.counts.points = scans.map(|scan| scan.points().len());
-        self.counts.sampled = surfaces.map(Surface::len);
-        let points = Pair { source: scans.source.points(), target: scans.target.points() };
-        Ok(Prepared { surfaces, oriented, points }.with_signs(signs))
+        Ok(Sampled { prepared: Prepared { surfaces, oriented }, raw_resolution, resolution })
+    }
+
+    fn described(&mut self, surfaces: &Pair<Surface>) -> (Pair<Vec<Keypoint>>, Pair<Features>) {
+        let setting = Setting::new(self.config, self.signs);
+        let (keypoints, features) = self.memory.described.get(&setting).unwrap_or_else(|| {
+            let keypoints = self.keypoints(surfaces);
+            let features = self.features(surfaces, &keypoints);
+            self.memory.described.keep(setting, &(keypoints.clone(), features.clone()));
+            (keypoints, features)
+        });
+        self.counts.keypoints = keypoints.as_ref().map(|keypoints| keypoints.len());
+        self.counts.described = features.as_ref().map(|features| features.len());
+        (keypoints, features)
     }
 
     fn keypoints(&mut self, surfaces: &Pair<Surface>) -> Pair<Vec<Keypoint>> {
         let (config, resolution) = (self.config, self.resolution);
-        let keypoints =
-            self.clock.time(Stage::Keypoints, || surfaces.map(|surface| stages::detect(surface, config, resolution)));
-        self.counts.keypoints = keypoints.map(Vec::len);
-        keypoints
+        self.clock.time(Stage::Keypoints, || surfaces.map(|surface| stages::detect(surface, config, resolution)))
     }
 
     fn features(&mut self, surfaces: &Pair<Surface>, keypoints: &Pair<Vec<Keypoint>>) -> Pair<Features> {
         let (config, resolution) = (self.config, self.resolution);
-        let features = self.clock.time(Stage::Description, || {
+        self.clock.time(Stage::Description, || {
             surfaces.as_ref().zip(keypoints.as_ref()).map(|(surface, keypoints)| {
                 let points: Vec<u32> = keypoints.iter().map(|keypoint| keypoint.index).collect();
                 stages::describe(surface, &points, config, resolution)
             })
-        });
-        self.counts.described = features.map(Features::len);
-        features
+        })
     }
 
     fn matches(&mut self, features: &Pair<Features>) -> Result<Vec<Correspondence>, Failure> {
         let fewest = self.counts.described.source.min(self.counts.described.target);
-        if fewest < 3 {
+        if fewest < 3 && self.proposals == Proposals::Searched {
             return Err(Failure::FewKeypoints { found: fewest });
         }
-        let config = self.config;
-        let matches = self.clock.time(Stage::Matching, || stages::match_features(features, config));
+        let (config, setting) = (self.config, Setting::new(self.config, self.signs));
+        let matches = self.memory.matches.get(&setting).unwrap_or_else(|| {
+            let matches = self.clock.time(Stage::Matching, || stages::match_features(features, config));
+            self.memory.matches.keep(setting, &matches);
+            matches
+        });
         self.counts.correspondences = matches.len();
+        if matches.len() < 3 && self.proposals == Proposals::Searched {
+            return Err(Failure::FewMatches { kept: matches.len() });
+        }
         Ok(matches)
     }
 
-    fn evidence(&self, surfaces: &Pair<Surface>, matches: &[Correspondence]) -> Result<Evidence, Failure> {
-        if matches.len() < 3 {
-            return Err(Failure::FewMatches { kept: matches.len() });
-        }
-        Ok(stages::evidence(surfaces, matches, self.config, self.resolution))
+    fn evidence(&self, surfaces: &Pair<Surface>, matches: &[Correspondence]) -> Evidence {
+        stages::evidence(surfaces, matches, self.config, self.resolution)
     }
 
-    /// The best poses by the metric that are really different, optimised. At least one.
+    /// The best poses by the metric that are really different, optimised, and the guess. At least one.
     fn pool(&mut self, surfaces: &Pair<Surface>, evidence: &Evidence) -> Result<Vec<Hypothesis>, Failure> {
         let (config, resolution) = (self.config, self.resolution);
-        let pool = self.clock.time(Stage::Estimation, || stages::estimate(surfaces, evidence, config, resolution));
+        let (bounds, proposals) = (self.bounds, self.proposals);
+        let pool = self.clock.time(Stage::Estimation, || {
+            let pool = match proposals {
+                Proposals::Searched => stages::estimate_within(bounds, surfaces, evidence, config, resolution),
+                Proposals::Guessed => stages::Pool::default(),
+            };
+            let guessed = guessed(bounds, surfaces, resolution);
+            if guessed.is_empty() {
+                return pool;
+            }
+            stages::with_given(pool, &guessed, surfaces, evidence, config, resolution)
+        });
         self.counts.trials = pool.trials;
         self.counts.poses = pool.hypotheses.len();
-        if pool.hypotheses.is_empty() { Err(Failure::NoHypothesis) } else { Ok(pool.hypotheses) }
+        if pool.hypotheses.is_empty() { Err(self.bounded(Failure::NoHypothesis)) } else { Ok(pool.hypotheses) }
     }
 
     /// The pose that the surfaces prefer, refined.
-    fn chosen(&mut self, prepared: &Prepared<'_>, pool: &[Hypothesis]) -> Chosen {
+    fn chosen(&mut self, prepared: &Prepared, pool: &[Hypothesis]) -> Chosen {
         let RankingConfig::Dense(dense) = &self.config.ranking else {
-            let pose = pool[0].target_from_source;
-            return Chosen { target_from_source: self.refined(prepared, &pose), ranked: None, others: Vec::new() };
+            let Refinement { target_from_source, uncertainty, .. } =
+                self.refined(prepared, &pool[0].target_from_source);
+            return Chosen { target_from_source, uncertainty, ranked: None, others: Vec::new() };
         };
         let resolution = self.resolution;
         let viewpoints = prepared.trusted_viewpoints();
         let poses: Vec<RigidTransform> = pool.iter().map(|h| h.target_from_source).collect();
         let (ranking, ranked) = self.clock.time(Stage::Ranking, || {
-            let ranking = Ranking::new(&prepared.surfaces, &viewpoints, dense, resolution);
+            let ranking = Ranking::new(&prepared.surfaces, &viewpoints, dense, self.bounds, resolution);
             let ranked = ranking.rank(&poses);
             (ranking, ranked)
         });
         let best = ranked[0];
         let refined = self.refined(prepared, &best.target_from_source);
-        let kept = ranking.judge(&refined);
+        let kept = ranking.judge(&refined.target_from_source);
         Chosen {
             target_from_source: kept.target_from_source,
+            uncertainty: refined.uncertainty,
             ranked: Some(kept),
             others: ranking.others(&kept, &ranked),
         }
     }
 
-    /// The scans as they came, on each other.
-    fn refined(&mut self, prepared: &Prepared<'_>, pose: &RigidTransform) -> RigidTransform {
-        let RefinementConfig::PointToPlane(config) = &self.config.refinement else { return *pose };
-        let resolution = self.resolution;
-        self.clock.time(Stage::Refinement, || refined(&prepared.points, &prepared.surfaces, config, resolution, pose))
+    /// The surfaces, laid on each other exactly; the start where that leads out of bounds. The centroids of a grid have
+    /// seen all points, and less noise than any of them.
+    fn refined(&mut self, prepared: &Prepared, pose: &RigidTransform) -> Refinement {
+        let refiner = self.config.refinement.build(self.resolution, self.bounds.freedom());
+        let Pair { source, target } = &prepared.surfaces;
+        let refined = self.clock.time(Stage::Refinement, || refiner.refine(source, target, pose));
+        match self.bounds.admitted(&refined.target_from_source, self.resolution) {
+            Some(target_from_source) => Refinement { target_from_source, ..refined },
+            None => Refinement { target_from_source: *pose, uncertainty: None, ..refined },
+        }
     }
 
     /// How firmly the surfaces hold the pose where they touch.
     fn hold(&self, surfaces: &Pair<Surface>, pose: &RigidTransform) -> Hold {
         let measure = PointToPlaneConfig::default().build(self.resolution);
-        measure.measure(&surfaces.source, &surfaces.target, surfaces.target.index(), pose).hold
+        measure.measure(&surfaces.source, &surfaces.target, pose).hold
     }
 
-    fn judged(&mut self, chosen: &Chosen, prepared: &Prepared<'_>, evidence: &Evidence) -> Answer {
+    /// A failure, and that it is one within bounds.
+    fn bounded(&self, failure: Failure) -> Failure {
+        if self.bounds.are_open() { failure } else { Failure::OutOfBounds { within: Box::new(failure) } }
+    }
+
+    fn judged(&mut self, chosen: &Chosen, prepared: &Prepared, evidence: &Evidence) -> Answer {
         let surfaces = &prepared.surfaces;
         let (config, resolution) = (self.config, self.resolution);
         let metric = config.metric.build(resolution, stages::clouds(surfaces));
@@ -197,11 +250,13 @@ impl Chain<'_, '_> {
             self.clock.time(Stage::Verdict, || Significance::of(pose, evidence, threshold.resolve(resolution), trials));
         self.counts.inliers = significance.inliers;
         let evidence_of = Evident { chosen, significance: &significance, hold: self.hold(surfaces, pose), resolution };
-        let judgement = config.verdict.judge(&evidence_of);
+        let mut judgement = config.verdict.judge(&evidence_of);
+        judgement.doubt = judgement.doubt.map(|doubt| self.bounded(doubt));
         Answer {
             target_from_source: *pose,
             score: metric.score(evidence, pose).value(),
             hold: evidence_of.hold,
+            uncertainty: chosen.uncertainty.clone(),
             oriented: prepared.oriented,
             agreement: chosen.ranked.map(|ranked| Agreement::new(&ranked, resolution)),
             log10_false_alarms: significance.log10_false_alarms,
@@ -213,12 +268,20 @@ impl Chain<'_, '_> {
 /// The pose that an attempt settled on.
 pub(crate) struct Chosen {
     target_from_source: RigidTransform,
+    uncertainty: Option<Uncertainty>,
     pub(crate) ranked: Option<Ranked>,
     /// Really different poses, best first.
     pub(crate) others: Vec<Ranked>,
 }
 
-impl Prepared<'_> {
+/// The guess drawn in, then the guess as it is, where there is one.
+fn guessed(bounds: &Bounds, surfaces: &Pair<Surface>, resolution: f64) -> Vec<RigidTransform> {
+    let Some(guess) = bounds.guess() else { return Vec::new() };
+    let drawn = bounds.admitted(&drawn_in(surfaces, &guess, bounds.freedom(), resolution), resolution);
+    drawn.into_iter().chain([guess]).collect()
+}
+
+impl Prepared {
     /// With the signs that an attempt asks for; nothing where there is nothing to turn.
     fn with_signs(self, signs: Signs) -> Option<Self> {
         let turned = signs.turned(&self.oriented)?;

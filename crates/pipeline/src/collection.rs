@@ -6,14 +6,18 @@
 //! one that fits the median scan. Every step of the escalation is made: a step with another budget has its own grid,
 //! and a scan is described for it (or with its normals turned) only when a pair asks.
 
-use crate::chain::{Chain, Prepared};
+use crate::chain::{Chain, Prepared, Proposals};
+use crate::memory::Memory;
 use crate::preparation::sample;
+use crate::prior::Bounds;
 use crate::register::{Attempt, escalated};
 use crate::stage::Clock;
-use crate::{BudgetConfig, Counts, Failure, Pair, PipelineConfig, Registration, SamplingConfig, Signs, Stage, Trace};
+use crate::{
+    BudgetConfig, Counts, Failure, Pair, PipelineConfig, Prior, Registration, SamplingConfig, Signs, Stage, Trace,
+};
 use crate::{VoxelGridConfig, stages};
 use congruent_descriptors::{DescriptorConfig, Features};
-use congruent_geometry::{Length, Oriented, Point, Scan, Surface};
+use congruent_geometry::{Length, Oriented, Scan, Surface};
 use congruent_keypoints::Keypoint;
 use nalgebra::Vector3;
 use std::sync::Arc;
@@ -51,8 +55,8 @@ pub struct Variant {
 
 /// A scan, sampled, with keypoints and descriptors; or why that could not be done.
 pub struct DescribedScan {
-    /// The scan as it came, centred: the last refinement works on it.
-    points: Vec<Point>,
+    /// Points as they came.
+    points: usize,
     origin: Vector3<f64>,
     described: Result<Described, Failure>,
 }
@@ -104,7 +108,7 @@ impl Collection {
     #[must_use]
     pub fn describe(&self, scan: &Scan, variant: Variant) -> DescribedScan {
         let described = self.described(scan, variant);
-        DescribedScan { points: scan.points().to_vec(), origin: *scan.origin(), described }
+        DescribedScan { points: scan.points().len(), origin: *scan.origin(), described }
     }
 
     fn described(&self, scan: &Scan, variant: Variant) -> Result<Described, Failure> {
@@ -138,29 +142,36 @@ impl Collection {
     /// Registers two scans of the collection, like [`register`](crate::register) but with the collection's lengths.
     ///
     /// `supply` gives the source and the target, described in the form that is asked for; it may keep what it made.
-    /// `observe` is told each stage as it begins. The result depends on the scans, the lengths and the seed only.
+    /// `observe` is told each stage as it begins. The result depends on the scans, the lengths, the
+    /// seed and the prior (of this pair, file coordinates) only.
     ///
     /// # Errors
     /// The first error of `supply`.
     pub fn register<E>(
         &self,
         supply: Pair<&dyn Fn(Variant) -> Result<Arc<DescribedScan>, E>>,
-        seed: u64,
+        (seed, prior): (u64, &Prior),
         observe: &dyn Fn(Stage),
     ) -> Result<Registration, E> {
         let config = PipelineConfig { seed, ..self.config.clone() };
         let mut clock = Clock::new(observe);
         let as_they_are = Pair { source: Variant::default(), target: Variant::default() };
         let origins = supplied(&supply, as_they_are, &mut clock)?.into_map(|scan| scan.origin);
-        let best = escalated(&config, &mut clock, |config, signs, clock| self.attempt(&supply, config, signs, clock))?;
+        let bounds = prior.bounds(&origins);
+        let mut memory = Memory::default();
+        let best = escalated(&config, &mut clock, |config, signs, clock| {
+            self.attempt(&supply, &bounds, config, signs, &mut memory, clock)
+        })?;
         Ok(best.registration(&origins, clock))
     }
 
     fn attempt<E>(
         &self,
         supply: &Pair<&dyn Fn(Variant) -> Result<Arc<DescribedScan>, E>>,
+        bounds: &Bounds,
         config: &PipelineConfig,
         signs: Signs,
+        memory: &mut Memory,
         clock: &mut Clock<'_>,
     ) -> Result<Option<Attempt>, E> {
         let budget =
@@ -177,19 +188,17 @@ impl Collection {
             };
             scans = supplied(supply, turned.into_map(|turned| Variant { turned, ..kept }), clock)?;
         }
-        let counts = Counts { points: scans.map(|scan| scan.points.len()), ..Counts::default() };
+        let counts = Counts { points: scans.map(|scan| scan.points), ..Counts::default() };
         let (raw_resolution, resolution) = (self.raw_resolution, self.resolutions[budget]);
-        let mut chain = Chain { config, clock, counts, raw_resolution, resolution };
+        let proposals = Proposals::Searched;
+        let mut chain = Chain { config, bounds, proposals, memory, clock, signs, counts, raw_resolution, resolution };
         let mut trace = Trace::default();
         let outcome = described(&scans).and_then(|both| {
             chain.counts.sampled = both.map(|scan| scan.surface.len());
             chain.counts.keypoints = both.map(|scan| scan.keypoints.len());
             chain.counts.described = both.map(|scan| scan.features.len());
-            let prepared = Prepared {
-                surfaces: both.map(|scan| scan.surface.clone()),
-                oriented: both.map(|scan| scan.oriented),
-                points: Pair { source: &scans.source.points, target: &scans.target.points },
-            };
+            let prepared =
+                Prepared { surfaces: both.map(|scan| scan.surface.clone()), oriented: both.map(|scan| scan.oriented) };
             trace.features = both.map(|scan| scan.features.clone());
             chain.answered(&prepared, &mut trace)
         });
@@ -205,10 +214,27 @@ impl DescribedScan {
     pub fn bytes(&self) -> usize {
         /// A point, its normal, and its place in the index.
         const POINT: usize = 48;
-        let described = self.described.as_ref().map_or(0, |d| {
+        self.described.as_ref().map_or(0, |d| {
             POINT * d.surface.len() + 4 * d.features.rows.len() + size_of::<Keypoint>() * d.keypoints.len()
-        });
-        described + size_of::<Point>() * self.points.len()
+        })
+    }
+
+    /// What was subtracted from the file's coordinates.
+    #[must_use]
+    pub fn origin(&self) -> &Vector3<f64> {
+        &self.origin
+    }
+
+    /// The sampled points with their normals, centred coordinates; nothing where the scan could not be sampled.
+    #[must_use]
+    pub fn surface(&self) -> Option<&Surface> {
+        Some(&self.described.as_ref().ok()?.surface)
+    }
+
+    /// Whether the side that the normals point to is sure.
+    #[must_use]
+    pub fn side_is_sure(&self) -> bool {
+        self.described.as_ref().is_ok_and(|described| described.oriented.sure)
     }
 
     /// The mean of all descriptors, in single length: a rough word on what the scan shows. Empty where there are none.
@@ -244,27 +270,26 @@ fn described(scans: &Pair<Arc<DescribedScan>>) -> Result<Pair<&Described>, Failu
     }
 }
 
-/// The samplings that a registration may ask for: the first attempt's, then the other ones of the escalation.
+/// The samplings that a registration may ask for, that of the plain attempt first.
 fn samplings(config: &PipelineConfig) -> Vec<SamplingConfig> {
-    let mut all = vec![config.sampling.clone()];
-    for step in &config.escalation {
-        let sampling = step.applied(config).sampling;
-        if !all.contains(&sampling) {
-            all.push(sampling);
-        }
-    }
-    all
+    let others = config.attempts().map(|(config, _)| config.sampling);
+    unique(std::iter::once(config.sampling.clone()).chain(others))
 }
 
 /// The descriptors that a registration may ask for, likewise.
 fn descriptors(config: &PipelineConfig) -> Vec<DescriptorConfig> {
-    let mut all = vec![config.descriptor.clone()];
-    for descriptor in config.escalation.iter().filter_map(|step| step.descriptor.as_ref()) {
-        if !all.contains(descriptor) {
-            all.push(descriptor.clone());
+    let others = config.attempts().map(|(config, _)| config.descriptor);
+    unique(std::iter::once(config.descriptor.clone()).chain(others))
+}
+
+fn unique<T: PartialEq>(all: impl Iterator<Item = T>) -> Vec<T> {
+    let mut unique = Vec::new();
+    all.for_each(|one| {
+        if !unique.contains(&one) {
+            unique.push(one);
         }
-    }
-    all
+    });
+    unique
 }
 
 /// The middle one, or the mean of the two in the middle.
@@ -309,7 +334,7 @@ mod tests {
         let collection = Collection::new(&summaries, &config).unwrap();
         let source = |variant| Ok::<_, Infallible>(Arc::new(collection.describe(&scans.source, variant)));
         let target = |variant| Ok::<_, Infallible>(Arc::new(collection.describe(&scans.target, variant)));
-        let Ok(one) = collection.register(Pair { source: &source, target: &target }, 5, &|_| {});
+        let Ok(one) = collection.register(Pair { source: &source, target: &target }, (5, &Prior::default()), &|_| {});
         let other = register(&scans.source, &scans.target, &config, &|_| {});
         assert_eq!(one.verdict, Verdict::Ok);
         assert_eq!((one.target_from_source, one.counts), (other.target_from_source, other.counts));

@@ -4,8 +4,7 @@ mod choice;
 mod preparation;
 
 pub use choice::{
-    AContrarioConfig, DenseConfig, DenseVerdictConfig, EscalationStep, PointToPlaneConfig, PoolConfig, RankingConfig,
-    RefinementConfig, Signs, VerdictConfig,
+    AContrarioConfig, DenseConfig, DenseVerdictConfig, EscalationStep, PoolConfig, RankingConfig, Signs, VerdictConfig,
 };
 pub use preparation::{BudgetConfig, NeighborhoodConfig, NormalSource, NormalsConfig, SamplingConfig, VoxelGridConfig};
 
@@ -15,6 +14,7 @@ use congruent_geometry::Length;
 use congruent_keypoints::{DetectorConfig, SupportFilter, UniformConfig};
 use congruent_matching::{MatcherConfig, MutualConfig};
 use congruent_metrics::MetricConfig;
+use congruent_refinement::RefinementConfig;
 use serde::{Deserialize, Serialize};
 
 /// The whole chain. What `pr` means is settled by `sampling`: see [`SamplingConfig`].
@@ -49,7 +49,9 @@ pub struct PipelineConfig {
     pub refinement: RefinementConfig,
     /// When to believe it.
     pub verdict: VerdictConfig,
-    /// What to try, one after the other, as long as it is not believed.
+    /// What to try before, with less effort: most pairs need no more.
+    pub quick: Vec<EscalationStep>,
+    /// What to try, one after the other, as long as no pose is believed.
     pub escalation: Vec<EscalationStep>,
 }
 
@@ -73,11 +75,18 @@ impl Default for PipelineConfig {
             metric: MetricConfig::default(),
             pool: PoolConfig::default(),
             ranking: RankingConfig::Dense(DenseConfig::default()),
-            refinement: RefinementConfig::PointToPlane(PointToPlaneConfig::default()),
+            refinement: RefinementConfig::default(),
             verdict: VerdictConfig::Dense(DenseVerdictConfig::default()),
+            quick: vec![quick()],
             escalation: escalation(),
         }
     }
+}
+
+/// Few poses are refined: where the scans share much, the right one is among the first. As many as ever are looked at, so that
+/// equally good ones are not overlooked.
+fn quick() -> EscalationStep {
+    EscalationStep { refined: Some(10), ..EscalationStep::default() }
 }
 
 /// More points and poses, other radii, another descriptor, and at last the other side of unsure normals.

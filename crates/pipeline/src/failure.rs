@@ -43,6 +43,14 @@ pub enum Failure {
         /// Decimal logarithm of the expected number of random poses this good.
         log10_false_alarms: f64,
     },
+    /// No pose that the prior leaves is to be believed.
+    #[error(
+        "no pose within the bounds is to be believed, and none beyond them was looked for: {within}; wider bounds, or none, may help"
+    )]
+    OutOfBounds {
+        /// What is wrong with the best pose within.
+        within: Box<Failure>,
+    },
     /// The surfaces do not lie on each other well enough.
     #[error(
         "the best pose found is believed to {:.0} %, {:.0} % is needed: the scans overlap by {:.0} %, {residual:.2} pr apart where they do, {:.1} % of the points contradict, {inliers} correspondences agree; more overlap or a viewpoint may help",

@@ -7,9 +7,12 @@ mod chain;
 mod collection;
 mod config;
 mod failure;
+mod memory;
 mod pair;
 mod preparation;
+mod prior;
 mod ranking;
+mod refine;
 mod refining;
 mod register;
 mod registration;
@@ -21,12 +24,14 @@ mod verdict;
 pub use collection::{Collection, DescribedScan, ScanSummary, Variant};
 pub use config::{
     AContrarioConfig, BudgetConfig, DenseConfig, DenseVerdictConfig, EscalationStep, NeighborhoodConfig, NormalSource,
-    NormalsConfig, PipelineConfig, PointToPlaneConfig, PoolConfig, RankingConfig, RefinementConfig, SamplingConfig,
-    Signs, VerdictConfig, VoxelGridConfig,
+    NormalsConfig, PipelineConfig, PoolConfig, RankingConfig, SamplingConfig, Signs, VerdictConfig, VoxelGridConfig,
 };
 pub use failure::Failure;
 pub use pair::Pair;
+pub use prior::{Guess, Prior};
+pub use refine::refine;
 pub use register::{register, register_traced};
 pub use registration::{Agreement, Counts, Registration, Verdict};
 pub use stage::{Stage, StageTime};
 pub use trace::Trace;
+pub use verdict::{Calibration, MAX_RESIDUAL_PR, N_TERMS, Predictors};

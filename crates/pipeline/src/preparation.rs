@@ -4,7 +4,7 @@ use crate::config::{BudgetConfig, NeighborhoodConfig};
 use crate::{Failure, NormalSource, NormalsConfig, SamplingConfig};
 use congruent_geometry::{
     NeighborIndex, Neighborhood, Orientation, Oriented, Point, Sample, Scan, Surface, estimate_normals, orient,
-    resolution, resolution_at, vertex_normals, voxel_centroids,
+    resolution, resolution_at, resolution_sampled, vertex_normals, voxel_centroids, voxel_count,
 };
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -52,8 +52,9 @@ pub(crate) fn sample(scans: &[&Scan], config: &SamplingConfig, normals: NormalSo
         SamplingConfig::None {} => (each(&with_normals, |(scan, given)| whole(scan, given.clone())), None),
         SamplingConfig::VoxelGrid(grid) => (thin(grid.leaf.resolve(raw_resolution)), None),
         SamplingConfig::Budget(budget) => {
-            let (samples, leaf) = within_budget(budget, raw_resolution, thin);
-            (samples, Some(leaf / 2.0))
+            let count = |leaf: f64| each(scans, |scan| voxel_count(scan.points(), leaf) as f64);
+            let leaf = within_budget(budget, raw_resolution, |leaf| mean(&count(leaf)));
+            (thin(leaf), Some(leaf / 2.0))
         }
     };
     let parts: Vec<(Sample, &Scan)> = samples.into_iter().zip(scans.iter().copied()).collect();
@@ -74,10 +75,9 @@ fn mean(values: &[f64]) -> f64 {
 }
 
 fn raw_resolution(scan: &Scan, queries: usize) -> f64 {
-    let index = NeighborIndex::new(scan.points());
     let measured = match queries {
-        usize::MAX => resolution(scan.points(), &index),
-        _ => resolution_at(scan.points(), &index, queries),
+        usize::MAX => resolution(scan.points(), &NeighborIndex::new(scan.points())),
+        _ => resolution_sampled(scan.points(), queries),
     };
     measured.expect("a scan has three distinct points").mean
 }
@@ -86,15 +86,13 @@ fn whole(scan: &Scan, normals: Option<Vec<Point>>) -> Sample {
     Sample { points: scan.points().to_vec(), normals }
 }
 
-/// Enlarges the grid until it leaves few enough points; the samples and the side of a cell.
-fn within_budget(budget: &BudgetConfig, raw_resolution: f64, thin: impl Fn(f64) -> Vec<Sample>) -> (Vec<Sample>, f64) {
+/// Enlarges the grid until it leaves few enough points; the side of a cell. `count` is how many a grid leaves.
+fn within_budget(budget: &BudgetConfig, raw_resolution: f64, count: impl Fn(f64) -> f64) -> f64 {
     let mut leaf = budget.leaf.resolve(raw_resolution);
     loop {
-        let samples = thin(leaf);
-        let points = mean(&samples.iter().map(|sample| sample.points.len() as f64).collect::<Vec<_>>());
-        let excess = points / budget.max_points.max(3) as f64;
+        let excess = count(leaf) / budget.max_points.max(3) as f64;
         if excess <= 1.0 {
-            return (samples, leaf);
+            return leaf;
         }
         leaf *= (CAUTION * excess.sqrt()).max(MIN_GROWTH);
     }

@@ -1,9 +1,10 @@
 //! The choice among poses by the whole surfaces: correspondences propose, surfaces decide.
 
+use crate::prior::Bounds;
 use crate::{DenseConfig, Pair};
 use congruent_geometry::{NearestField, RigidTransform, Surface, mean_displacement, narrow};
 use congruent_metrics::{DenseAgreement, DenseRule, DenseSurface, DepthImage, Score, agreement};
-use congruent_refinement::PointToPlane;
+use congruent_refinement::{PointToPlane, Schedule};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -24,6 +25,7 @@ const REFINEMENT_POINTS: usize = 1200;
 /// Both surfaces, ready to be laid on each other.
 pub(crate) struct Ranking<'a> {
     config: &'a DenseConfig,
+    bounds: &'a Bounds,
     resolution: f64,
     surfaces: Pair<DenseSurface<'a>>,
 }
@@ -42,6 +44,7 @@ impl<'a> Ranking<'a> {
         surfaces: &'a Pair<Surface>,
         viewpoints: &Pair<Option<Vector3<f64>>>,
         config: &'a DenseConfig,
+        bounds: &'a Bounds,
         resolution: f64,
     ) -> Self {
         let near_reach = (2.0 * config.rough_distance.resolve(resolution)).max(REFINEMENT_RADII[0] * resolution);
@@ -54,7 +57,7 @@ impl<'a> Ranking<'a> {
             let image = |from: &Vector3<f64>| DepthImage::new(surface.points(), &narrow(from), PIXEL * resolution);
             DenseSurface { surface, near, far, depth: viewpoint.as_ref().map(image) }
         });
-        Ranking { config, resolution, surfaces }
+        Ranking { config, bounds, resolution, surfaces }
     }
 
     /// The best of a pool: all are looked at, the better ones refined and looked at again. Best first.
@@ -96,21 +99,26 @@ impl<'a> Ranking<'a> {
         Ranked { target_from_source: *pose, score: agreement.score(rule), agreement }
     }
 
-    /// The start is kept where the score falls.
+    /// The start is kept where the score falls, or where refinement leads out of bounds.
     fn refined(&self, start: &Ranked) -> Ranked {
-        let icp = PointToPlane {
+        let schedule = Schedule {
             start_radius: REFINEMENT_RADII[0] * self.resolution,
             end_radius: REFINEMENT_RADII[1] * self.resolution,
-            iterations: self.config.rounds,
+            scale: 0.5 * REFINEMENT_RADII[1] * self.resolution,
+            rounds: self.config.rounds,
             max_points: REFINEMENT_POINTS,
             min_normal_cosine: 0.5,
             tolerance: 0.02 * self.resolution,
+            freedom: self.bounds.freedom(),
         };
         let Pair { source, target } = &self.surfaces;
-        let moved =
-            icp.refine(source.surface, target.surface, &target.near, &start.target_from_source).target_from_source;
-        let (before, after) = (self.judge(&start.target_from_source), self.judge(&moved));
-        if after.score >= before.score { after } else { before }
+        let start_pose = &start.target_from_source;
+        let moved = PointToPlane { schedule }.descend(source.surface, target.surface, &target.near, start_pose);
+        let before = self.judge(start_pose);
+        match self.bounds.admitted(&moved, self.resolution).map(|moved| self.judge(&moved)) {
+            Some(after) if after.score >= before.score => after,
+            _ => before,
+        }
     }
 }
 

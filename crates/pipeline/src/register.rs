@@ -1,12 +1,15 @@
 //! From two scans to one pose: attempts of rising effort, until one is believed.
 
-use crate::chain::{Answer, Chain};
+use crate::chain::{Answer, Chain, Proposals};
+use crate::memory::Memory;
+use crate::prior::Bounds;
 use crate::stage::Clock;
 use crate::{
-    Counts, EscalationStep, Failure, Pair, PipelineConfig, RankingConfig, Registration, SamplingConfig, Signs, Stage,
-    Trace, Verdict,
+    Counts, EscalationStep, Failure, Pair, PipelineConfig, Prior, RankingConfig, Registration, SamplingConfig, Signs,
+    Stage, Trace, Verdict,
 };
 use congruent_geometry::{Oriented, RigidTransform, Scan, uncentred};
+use congruent_refinement::Uncertainty;
 use nalgebra::Vector3;
 use std::convert::Infallible;
 
@@ -16,21 +19,23 @@ use std::convert::Infallible;
 /// on rayon's current pool. A pair that cannot be registered is an answer too, with the reason in its verdict.
 #[must_use]
 pub fn register(source: &Scan, target: &Scan, config: &PipelineConfig, observe: &dyn Fn(Stage)) -> Registration {
-    register_traced(source, target, config, observe).0
+    register_traced(Pair { source, target }, &Prior::default(), config, observe).0
 }
 
-/// The same, with what the stages of the attempt that gave the answer have left.
+/// The same with what is known of the pose beforehand, and with what the stages of the attempt that gave the answer have
+/// left. A pose that the prior excludes is never proposed, looked at or returned; its guess, refined, competes.
 #[must_use]
 pub fn register_traced(
-    source: &Scan,
-    target: &Scan,
+    scans: Pair<&Scan>,
+    prior: &Prior,
     config: &PipelineConfig,
     observe: &dyn Fn(Stage),
 ) -> (Registration, Trace) {
-    let scans = Pair { source, target };
+    let bounds = prior.bounds(&scans.map(|scan| *scan.origin()));
     let mut clock = Clock::new(observe);
+    let mut memory = Memory::default();
     let Ok(mut best) = escalated(config, &mut clock, |config, signs, clock| {
-        Ok::<_, Infallible>(attempt(&scans, config, signs, clock))
+        Ok::<_, Infallible>(attempt(&scans, (&bounds, Proposals::Searched), config, signs, &mut memory, clock))
     });
     let trace = std::mem::take(&mut best.trace);
     (best.registration(&scans.into_map(|scan| *scan.origin()), clock), trace)
@@ -40,18 +45,21 @@ pub fn register_traced(
 pub(crate) fn escalated<E>(
     config: &PipelineConfig,
     clock: &mut Clock<'_>,
-    attempt: impl Fn(&PipelineConfig, Signs, &mut Clock<'_>) -> Result<Option<Attempt>, E>,
+    mut attempt: impl FnMut(&PipelineConfig, Signs, &mut Clock<'_>) -> Result<Option<Attempt>, E>,
 ) -> Result<Attempt, E> {
-    let mut best = attempt(config, Signs::Kept, clock)?.expect("an attempt with the signs as they are is made");
-    for step in &config.escalation {
-        if best.is_believed() {
+    let mut best: Option<Attempt> = None;
+    for (config, signs) in config.attempts() {
+        if best.as_ref().is_some_and(Attempt::is_believed) {
             break;
         }
-        if let Some(another) = attempt(&step.applied(config), step.signs, clock)? {
-            best = best.or(another);
+        if let Some(another) = attempt(&config, signs, clock)? {
+            best = Some(match best {
+                Some(best) => best.or(another),
+                None => another,
+            });
         }
     }
-    Ok(best)
+    Ok(best.expect("an attempt with the signs as they are is made"))
 }
 
 /// What an attempt left.
@@ -64,11 +72,19 @@ pub(crate) struct Attempt {
 }
 
 /// One run of the chain; `None` where it would only repeat an earlier one.
-fn attempt(scans: &Pair<&Scan>, config: &PipelineConfig, signs: Signs, clock: &mut Clock<'_>) -> Option<Attempt> {
+pub(crate) fn attempt(
+    scans: &Pair<&Scan>,
+    (bounds, proposals): (&Bounds, Proposals),
+    config: &PipelineConfig,
+    signs: Signs,
+    memory: &mut Memory,
+    clock: &mut Clock<'_>,
+) -> Option<Attempt> {
     let counts = Counts { points: scans.map(|scan| scan.points().len()), ..Counts::default() };
-    let mut chain = Chain { config, clock, counts, raw_resolution: 0.0, resolution: 0.0 };
+    let mut chain =
+        Chain { config, bounds, proposals, memory, clock, signs, counts, raw_resolution: 0.0, resolution: 0.0 };
     let mut trace = Trace::default();
-    let outcome = chain.run(scans, signs, &mut trace)?;
+    let outcome = chain.run(scans, &mut trace)?;
     let Chain { counts, raw_resolution, resolution, .. } = chain;
     Some(Attempt { outcome, counts, raw_resolution, resolution, trace })
 }
@@ -111,11 +127,16 @@ impl Attempt {
             target_from_source: answer.as_ref().map(|answer| in_file_coordinates(&answer.target_from_source)),
             verdict,
             alternatives,
-            confidence: answer.as_ref().map_or(0.0, |answer| answer.judgement.confidence),
+            confidence: answer.as_ref().map_or(0.0, |answer| answer.judgement.confidence_alone()),
             score: answer.as_ref().map(|answer| answer.score),
             log10_false_alarms: answer.as_ref().map(|answer| answer.log10_false_alarms),
             views: answer.as_ref().map(|answer| views(&answer.oriented, origins)),
             hold: answer.as_ref().map(|answer| answer.hold),
+            predictors: answer.as_ref().and_then(|answer| answer.judgement.predictors),
+            uncertainty: answer
+                .as_ref()
+                .and_then(|answer| answer.uncertainty.clone())
+                .map(|known| placed(known, &origins.target)),
             agreement: answer.and_then(|answer| answer.agreement),
             counts: self.counts,
             raw_resolution: self.raw_resolution,
@@ -125,23 +146,40 @@ impl Attempt {
     }
 }
 
+impl PipelineConfig {
+    /// The settings of all attempts, in their order.
+    pub(crate) fn attempts(&self) -> impl Iterator<Item = (PipelineConfig, Signs)> + '_ {
+        let changed = |step: &EscalationStep| (step.applied(self), step.signs);
+        let plain = std::iter::once_with(|| (self.clone(), Signs::Kept));
+        self.quick.iter().map(changed).chain(plain).chain(self.escalation.iter().map(changed))
+    }
+}
+
 impl EscalationStep {
     pub(crate) fn applied(&self, config: &PipelineConfig) -> PipelineConfig {
-        let mut harder = config.clone();
+        let mut other = config.clone();
         if let Some(poses) = self.poses {
-            harder.pool.poses = poses;
+            other.pool.poses = poses;
         }
-        if let (SamplingConfig::Budget(budget), Some(max_points)) = (&mut harder.sampling, self.max_points) {
+        if let (SamplingConfig::Budget(budget), Some(max_points)) = (&mut other.sampling, self.max_points) {
             budget.max_points = max_points;
         }
-        if let (RankingConfig::Dense(dense), Some(refined)) = (&mut harder.ranking, self.refined) {
+        if let (RankingConfig::Dense(dense), Some(refined)) = (&mut other.ranking, self.refined) {
             dense.refined = refined;
         }
         if let Some(descriptor) = &self.descriptor {
-            harder.descriptor = descriptor.clone();
+            other.descriptor = descriptor.clone();
         }
-        harder
+        if let Some(estimator) = &self.estimator {
+            other.estimator = estimator.clone();
+        }
+        other
     }
+}
+
+/// In file coordinates.
+fn placed(uncertainty: Uncertainty, target_origin: &Vector3<f64>) -> Uncertainty {
+    Uncertainty { about: uncertainty.about + target_origin, ..uncertainty }
 }
 
 /// Viewpoints in file coordinates.

@@ -1,9 +1,9 @@
 //! The answer.
 
 use crate::ranking::Ranked;
-use crate::{Failure, Pair, StageTime};
+use crate::{Failure, Pair, Predictors, StageTime};
 use congruent_geometry::{Oriented, RigidTransform};
-use congruent_refinement::Hold;
+use congruent_refinement::{Hold, Uncertainty};
 
 /// Whether the pose is to be believed.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,7 +79,8 @@ pub struct Registration {
     /// Really different poses that are nearly as good, best first: source to target, file coordinates, with the score of
     /// the ranking. Empty unless the verdict is `Ambiguous`.
     pub alternatives: Vec<(RigidTransform, f64)>,
-    /// 0 to 1, one half at the border between the verdicts. Not calibrated.
+    /// 0 to 1: how probable it is that the pose is right. Calibrated for the verdict `dense` (see [`crate::Calibration`]); else one
+    /// half at the border between the verdicts.
     pub confidence: f64,
     /// By the configured metric.
     pub score: Option<f64>,
@@ -90,6 +91,10 @@ pub struct Registration {
     pub views: Option<Pair<Oriented>>,
     /// How firmly the surfaces hold the pose where they touch.
     pub hold: Option<Hold>,
+    /// What the confidence was computed from, where the ranking looked at the surfaces.
+    pub predictors: Option<Predictors>,
+    /// How good the pose is, target's file coordinates, where it was refined and enough of the surfaces touches to tell.
+    pub uncertainty: Option<Uncertainty>,
     /// How the surfaces lie on each other, where the ranking looked at that.
     pub agreement: Option<Agreement>,
     /// What each stage left.
@@ -100,4 +105,22 @@ pub struct Registration {
     pub resolution: f64,
     /// Wall time of each stage that ran.
     pub timings: Vec<StageTime>,
+}
+
+impl Registration {
+    /// The verdict in a word (`ok`, `ambiguous`, `failed`), and why it is not `ok`.
+    #[must_use]
+    pub fn verdict_words(&self) -> (&'static str, Option<String>) {
+        match &self.verdict {
+            Verdict::Ok => ("ok", None),
+            Verdict::Ambiguous => {
+                let others = self.alternatives.len();
+                let reason = format!(
+                    "{others} really different poses fit nearly as well: the scene is symmetric or repeats itself; an initial guess or more overlap would tell them apart"
+                );
+                ("ambiguous", Some(reason))
+            }
+            Verdict::Failed(failure) => ("failed", Some(failure.to_string())),
+        }
+    }
 }

@@ -4,6 +4,7 @@
 //! units. Scans and surfaces are centred; [`Scan::origin`] leads back to file coordinates.
 
 use crate::preparation::{Cloud, Sampled, sample};
+use crate::prior::Bounds;
 use crate::verdict::Significance;
 use crate::{AContrarioConfig, Failure, Pair, PipelineConfig, VerdictConfig};
 use congruent_descriptors::{Features, LocalFrame};
@@ -132,20 +133,76 @@ pub struct Pool {
 /// Proposes poses, scores them by the metric, and keeps the best that are really different, optimised.
 #[must_use]
 pub fn estimate(surfaces: &Pair<Surface>, evidence: &Evidence, config: &PipelineConfig, resolution: f64) -> Pool {
+    estimate_within(&Bounds::default(), surfaces, evidence, config, resolution)
+}
+
+/// The same of the poses that are admitted.
+pub(crate) fn estimate_within(
+    bounds: &Bounds,
+    surfaces: &Pair<Surface>,
+    evidence: &Evidence,
+    config: &PipelineConfig,
+    resolution: f64,
+) -> Pool {
     let metric = config.metric.build(resolution, clouds(surfaces));
     let generator = config.estimator.build(evidence, resolution, config.seed);
     let trials = generator.trials();
     let rounds = config.pool.optimisation_rounds;
     let n = config.pool.poses;
-    if n <= 1 {
+    if n <= 1 && bounds.are_open() {
         let best = sample_hypotheses(generator.as_ref(), metric.as_ref(), evidence, 1);
         return Pool { hypotheses: optimised(best, metric.as_ref(), evidence, rounds), trials };
     }
-    let all = sample_hypotheses(generator.as_ref(), metric.as_ref(), evidence, usize::MAX);
+    let admitted = |hypotheses: Vec<Hypothesis>| admitted(hypotheses, bounds, metric.as_ref(), evidence, resolution);
+    let all = admitted(sample_hypotheses(generator.as_ref(), metric.as_ref(), evidence, usize::MAX));
     let distinctness = Distinctness::new(surfaces.source.points(), config.pool.distinct.resolve(resolution));
-    let promising = distinctness.distinct(&all, OPTIMISED_PER_KEPT * n);
-    let better = optimised(promising, metric.as_ref(), evidence, rounds);
-    Pool { hypotheses: distinctness.distinct(&better, n), trials }
+    let promising = distinctness.distinct(&all, OPTIMISED_PER_KEPT * n.max(1));
+    let better = admitted(optimised(promising, metric.as_ref(), evidence, rounds));
+    Pool { hypotheses: distinctness.distinct(&better, n.max(1)), trials }
+}
+
+/// The poses that the bounds leave, made level where that is asked for; best first.
+fn admitted(
+    hypotheses: Vec<Hypothesis>,
+    bounds: &Bounds,
+    metric: &dyn Metric,
+    evidence: &Evidence,
+    resolution: f64,
+) -> Vec<Hypothesis> {
+    if bounds.are_open() {
+        return hypotheses;
+    }
+    let scored = |h: &Hypothesis| {
+        let target_from_source = bounds.admitted(&h.target_from_source, resolution)?;
+        Some(Hypothesis { target_from_source, score: metric.score(evidence, &target_from_source), ..*h })
+    };
+    let mut kept: Vec<Hypothesis> = hypotheses.par_iter().filter_map(scored).collect();
+    sort(&mut kept);
+    kept
+}
+
+/// Best first, equal scores by the trial.
+fn sort(hypotheses: &mut [Hypothesis]) {
+    hypotheses.sort_by(|a, b| b.score.cmp(&a.score).then(a.trial.cmp(&b.trial)));
+}
+
+/// Adds poses that were not proposed by correspondences, best first by the metric; of equals the first given.
+pub(crate) fn with_given(
+    mut pool: Pool,
+    given: &[RigidTransform],
+    surfaces: &Pair<Surface>,
+    evidence: &Evidence,
+    config: &PipelineConfig,
+    resolution: f64,
+) -> Pool {
+    let metric = config.metric.build(resolution, clouds(surfaces));
+    for (trial, pose) in (pool.trials..).zip(given) {
+        let score = metric.score(evidence, pose);
+        pool.hypotheses.push(Hypothesis { target_from_source: *pose, score, trial });
+    }
+    pool.trials += given.len() as u64;
+    sort(&mut pool.hypotheses);
+    pool
 }
 
 /// Fits each pose to all that agree with it; best first.
@@ -160,7 +217,7 @@ fn optimised(hypotheses: Vec<Hypothesis>, metric: &dyn Metric, evidence: &Eviden
             Hypothesis { target_from_source, score, ..h }
         })
         .collect();
-    better.sort_by(|a, b| b.score.cmp(&a.score).then(a.trial.cmp(&b.trial)));
+    sort(&mut better);
     better
 }
 

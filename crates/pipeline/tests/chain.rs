@@ -12,13 +12,17 @@ use congruent_matching::{MatcherConfig, RatioConfig};
 use congruent_metrics::{MetricConfig, ThresholdConfig};
 use congruent_pipeline::{
     AContrarioConfig, Failure, NeighborhoodConfig, NormalsConfig, PipelineConfig, PoolConfig, RankingConfig,
-    RefinementConfig, Registration, SamplingConfig, Verdict, VerdictConfig, VoxelGridConfig, register,
+    Registration, SamplingConfig, Verdict, VerdictConfig, VoxelGridConfig, register,
 };
+use congruent_refinement::RefinementConfig;
 use congruent_simulation::nuisances::{moved, permuted, scaled};
 use congruent_simulation::pair::{PairOptions, ScanPair, figurine_pair};
 use congruent_simulation::scanner::{RangeNoise, VirtualScanner};
 use congruent_simulation::shapes;
 use nalgebra::{Point3, Translation3, Vector3};
+
+/// How far off a pose may be that three keypoints make and nothing refines, pr.
+const ROUGHLY: f64 = 6.0;
 
 /// The paper's chain; iterations are few, the simulated pair is easy.
 fn paper() -> PipelineConfig {
@@ -38,6 +42,7 @@ fn paper() -> PipelineConfig {
         ranking: RankingConfig::None {},
         refinement: RefinementConfig::None {},
         verdict: VerdictConfig::AContrario(AContrarioConfig::default()),
+        quick: Vec::new(),
         escalation: Vec::new(),
         ..PipelineConfig::default()
     }
@@ -91,8 +96,7 @@ fn the_papers_chain_finds_the_pose_roughly() {
     let pair = pair(20.0);
     let found = run(&pair.source, &pair.target, &paper());
     let error = error_pr(&pose(&found), &pair.target_from_source, &pair.source);
-    // Three keypoints make the pose, and nothing refines it.
-    assert!(found.verdict == Verdict::Ok && error < 6.0, "{error:.2} pr");
+    assert!(found.verdict == Verdict::Ok && error < ROUGHLY, "{error:.2} pr");
 }
 
 #[test]
@@ -173,9 +177,11 @@ fn units_do_not_matter() {
             let found = pose(&run(&scaled(&pair.source, factor), &scaled(&pair.target, factor), &config));
             let back =
                 RigidTransform::from_parts(Translation3::from(found.translation.vector / factor), found.rotation);
-            let difference = error_pr(&back, &plain, &pair.source);
-            // Rounding moves a few points over a cell's border; the paper's chain then draws other samples.
-            let bound = if name == "paper" && factor != 1024.0 { 2.0 } else { 0.1 };
+            // Rounding moves a few points over a cell's border; the paper's chain then draws other samples, and finds another
+            // pose that is roughly right.
+            let draws_anew = name == "paper" && factor != 1024.0;
+            let (expected, bound) = if draws_anew { (&pair.target_from_source, ROUGHLY) } else { (&plain, 0.1) };
+            let difference = error_pr(&back, expected, &pair.source);
             assert!(difference < bound, "{name}, times {factor}: {difference} pr");
         }
     }

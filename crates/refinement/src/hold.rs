@@ -1,5 +1,6 @@
 //! How firmly touching surfaces hold a pose: the directions in which they slide on each other.
 
+use crate::Freedom;
 use nalgebra::{Matrix3, Matrix6, SymmetricEigen, Vector3, Vector6};
 
 /// The six independent motions of one surface on the other, and how much each would part the surfaces.
@@ -21,14 +22,22 @@ impl Hold {
     pub const NONE: Hold =
         Hold { stiffness: [0.0; 6], noise: 0.0, motions: [Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0); 6] };
 
-    /// From normal equations about the origin, summed over pairs of this total weight around `middle`.
-    pub(crate) fn new(information: &Matrix6<f64>, weight: f64, middle: &Vector3<f64>, radius: f64) -> Hold {
+    /// From normal equations about the origin, summed over pairs of this total weight around `middle`. Motions that are
+    /// not allowed have no stiffness.
+    pub(crate) fn new(
+        freedom: Freedom,
+        information: &Matrix6<f64>,
+        weight: f64,
+        middle: &Vector3<f64>,
+        radius: f64,
+    ) -> Hold {
         let mut about_middle = Matrix6::identity();
         about_middle.fixed_view_mut::<3, 3>(0, 3).copy_from(&-middle.cross_matrix());
         let mut scale = Matrix6::identity();
         scale.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() / radius.max(f64::MIN_POSITIVE)));
         let change = scale * about_middle;
-        let scaled = change * information * change.transpose() / weight;
+        let allowed = freedom.projection();
+        let scaled = allowed * (change * information * change.transpose() / weight) * allowed;
         if !scaled.iter().all(|v| v.is_finite()) {
             return Hold::NONE;
         }
@@ -82,7 +91,7 @@ mod tests {
         }
         let n = points.len() as f64;
         middle /= n;
-        Hold::new(&information, n, &middle, (square / n - middle.norm_squared()).sqrt())
+        Hold::new(Freedom::All, &information, n, &middle, (square / n - middle.norm_squared()).sqrt())
     }
 
     /// Points on a surface given by two parameters.

@@ -2,9 +2,10 @@
 //!
 //! A [`Mesh`] from [`shapes`] is looked at by a [`scanner::VirtualScanner`]; two such looks make a
 //! [`pair::ScanPair`], whose true motion is known exactly. [`nuisances`] spoil scans in measured doses, and
-//! [`correspondences`] makes matched point pairs without any scan. Everything random takes a seed, and the same seed
+//! [`correspondences`] makes matched point pairs without any scan. [`ambiguous`] has pairs of scans that no program can register with certainty. Everything random takes a seed, and the same seed
 //! gives the same result on any number of threads.
 
+pub mod ambiguous;
 pub mod benchmark;
 pub mod correspondences;
 mod mesh;

@@ -31,6 +31,24 @@ impl Mesh {
         RawScan { points: self.points, normals: None, triangles: self.triangles, viewpoint: None }
     }
 
+    /// The same shape centred on the origin, its longest side as long as said; nothing for a mesh without extent or with
+    /// coordinates that are not finite.
+    pub(crate) fn fitted(mut self, side: f64) -> Option<Mesh> {
+        let first = Vector3::from(*self.points.first()?);
+        let (low, high) = self.points.iter().fold((first, first), |(low, high), p| {
+            let p = Vector3::from(*p);
+            (low.inf(&p), high.sup(&p))
+        });
+        let scale = side / (high - low).max();
+        let finite = self.points.iter().flatten().all(|v| v.is_finite());
+        if !(finite && scale.is_finite() && scale > 0.0) {
+            return None;
+        }
+        let centre = (low + high) / 2.0;
+        self.points.iter_mut().for_each(|p| *p = ((Vector3::from(*p) - centre) * scale).into());
+        Some(self)
+    }
+
     /// Adds the parts of another mesh.
     pub(crate) fn append(&mut self, other: &Mesh) {
         let offset = self.points.len() as u32;

@@ -1,6 +1,6 @@
-//! `align` and `demo`: one pair.
+//! `align`, `refine` and `demo`: one pair.
 
-use super::RunArgs;
+use super::{LevelArgs, PriorArgs, RunArgs};
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
 
@@ -12,6 +12,40 @@ pub(crate) struct AlignArgs {
     pub(crate) target: PathBuf,
     #[command(flatten)]
     pub(crate) run: RunArgs,
+    #[command(flatten)]
+    pub(crate) prior: PriorArgs,
+    #[command(flatten)]
+    pub(crate) viewpoints: ViewpointArgs,
+    #[command(flatten)]
+    pub(crate) output: ResultArgs,
+    /// Write what each stage left into DIR: keypoints, descriptors, matches, poses (docs/FILES.md)
+    #[arg(long, value_name = "DIR")]
+    pub(crate) save_stages: Option<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct RefineArgs {
+    /// The scan to be moved: points or a mesh (PLY, OBJ, STL, OFF, PCD, XYZ/TXT/CSV, LAS/LAZ, E57)
+    pub(crate) source: PathBuf,
+    /// The scan that stays
+    pub(crate) target: PathBuf,
+    /// The pose to start from, as it maps SOURCE into the frame of TARGET: a file with a 4x4 matrix, a JSON result of
+    /// align, or the word identity
+    #[arg(long, value_name = "POSE")]
+    pub(crate) init: PathBuf,
+    #[command(flatten)]
+    pub(crate) level: LevelArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+    #[command(flatten)]
+    pub(crate) viewpoints: ViewpointArgs,
+    #[command(flatten)]
+    pub(crate) output: ResultArgs,
+}
+
+/// From where the scans were taken.
+#[derive(Debug, Default, ClapArgs)]
+pub(crate) struct ViewpointArgs {
     /// Where the scanner stood, in each file's own coordinates, if it is known; estimated otherwise
     #[arg(long, value_name = "X,Y,Z", value_parser = coordinates, allow_hyphen_values = true)]
     pub(crate) viewpoint: Option<[f64; 3]>,
@@ -21,6 +55,11 @@ pub(crate) struct AlignArgs {
     /// The same for the target alone
     #[arg(long, value_name = "X,Y,Z", value_parser = coordinates, allow_hyphen_values = true)]
     pub(crate) target_viewpoint: Option<[f64; 3]>,
+}
+
+/// Where the answer for one pair goes.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct ResultArgs {
     /// Print one JSON object instead of a summary
     #[arg(long)]
     pub(crate) json: bool,
@@ -30,9 +69,9 @@ pub(crate) struct AlignArgs {
     /// Write the source in the target's frame, as PLY (only where the verdict is ok)
     #[arg(long, value_name = "FILE")]
     pub(crate) write_aligned: Option<PathBuf>,
-    /// Write what each stage left into DIR: keypoints, descriptors, matches, poses (docs/FILES.md)
-    #[arg(long, value_name = "DIR")]
-    pub(crate) save_stages: Option<PathBuf>,
+    /// Write a page with the result and a 3D view, for a browser (one HTML file that needs no network)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) report: Option<PathBuf>,
 }
 
 #[derive(Debug, ClapArgs)]
@@ -45,7 +84,7 @@ pub(crate) struct DemoArgs {
 }
 
 /// Three finite numbers with commas between them.
-fn coordinates(text: &str) -> Result<[f64; 3], String> {
+pub(super) fn coordinates(text: &str) -> Result<[f64; 3], String> {
     let numbers: Option<Vec<f64>> =
         text.split(',').map(|part| part.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
     numbers

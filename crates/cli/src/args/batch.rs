@@ -8,7 +8,7 @@ use std::time::Duration;
 
 #[derive(Debug, ClapArgs)]
 pub(crate) struct BatchArgs {
-    /// A folder of scans, a table of pairs (.csv, .jsonl), or a folder with pairs.csv and scans/
+    /// A folder of scans, a table of pairs (.csv, .jsonl, .parquet), a folder with pairs.csv and scans/, or a dataset.toml
     pub(crate) input: PathBuf,
     /// Where to write results.jsonl, results.csv, run.json and configuration.toml
     #[arg(short, long, value_name = "DIR")]
@@ -19,9 +19,12 @@ pub(crate) struct BatchArgs {
     /// Pair each scan with the one before it, by file name (the same as --pairs sequential)
     #[arg(long)]
     pub(crate) sequential: bool,
-    /// For --pairs auto: with how many of the most similar scans each one is paired
-    #[arg(long, value_name = "K", default_value = "8")]
-    pub(crate) neighbors: usize,
+    /// For --pairs auto: with how many of the most similar scans each one is paired [default: 8]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) neighbors: Option<u32>,
+    /// Where the files of a dataset.toml are, if not beside it
+    #[arg(long, value_name = "DIR")]
+    pub(crate) data: Option<PathBuf>,
     /// Go on with a run that was stopped; rows that are there are kept
     #[arg(long)]
     pub(crate) resume: bool,
@@ -72,13 +75,13 @@ fn scaled(text: &str, suffixes: &[(&str, f64)]) -> Option<f64> {
     number.trim().parse::<f64>().ok().map(|value| value * scale).filter(|value| value.is_finite() && *value > 0.0)
 }
 
-fn duration(text: &str) -> Result<Duration, String> {
+pub(super) fn duration(text: &str) -> Result<Duration, String> {
     let seconds = scaled(text, &[("s", 1.0), ("m", 60.0), ("h", 3600.0)]);
     let time = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
     time.ok_or_else(|| "write a time above zero, as in 90s, 5m or 1h".to_owned())
 }
 
-fn bytes(text: &str) -> Result<u64, String> {
+pub(super) fn bytes(text: &str) -> Result<u64, String> {
     let scale = |power: i32| 1024f64.powi(power);
     let size = scaled(text, &[("K", scale(1)), ("M", scale(2)), ("G", scale(3)), ("T", scale(4))]);
     size.map(|size| size as u64).ok_or_else(|| "write a size above zero, as in 500M or 4G".to_owned())

@@ -7,17 +7,29 @@ use std::path::PathBuf;
 /// Which pairs a batch works on.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct DatasetArgs {
-    /// A folder, or a dataset.toml
-    pub(crate) dataset: PathBuf,
-    /// Where the files of the data set are, if not beside its description
+    /// Folders, or dataset.toml files
+    #[arg(required = true, value_name = "DATASET")]
+    pub(crate) datasets: Vec<PathBuf>,
+    /// Where the files of the data set are, if not beside its description; once for each data set, in their order
     #[arg(long, value_name = "DIR")]
-    pub(crate) data: Option<PathBuf>,
-    /// At most N pairs, evenly from all over the list
+    pub(crate) data: Vec<PathBuf>,
+    /// At most N pairs of each data set, evenly from all over its list
     #[arg(long, value_name = "N")]
     pub(crate) pairs: Option<usize>,
-    /// Only pairs whose scans share at least this much of their points, 0 to 1
-    #[arg(long, value_name = "X", default_value_t = 0.0)]
-    pub(crate) min_overlap: f64,
+    /// Only pairs whose scans share at least this much of their points, 0 to 1; if not given, as the data set says
+    #[arg(long, value_name = "X")]
+    pub(crate) min_overlap: Option<f64>,
+}
+
+/// What the results are shown in.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct PageArgs {
+    /// Write a page with figures and tables, for a browser (one HTML file that needs no network)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) report: Option<PathBuf>,
+    /// Write each figure by itself, as SVG
+    #[arg(long, value_name = "DIR")]
+    pub(crate) figures: Option<PathBuf>,
 }
 
 #[derive(Debug, ClapArgs)]
@@ -25,8 +37,16 @@ pub(crate) struct EvaluateArgs {
     #[command(flatten)]
     pub(crate) dataset: DatasetArgs,
     /// Where to write pairs.csv, pairs.jsonl, config.toml and summary.txt
-    #[arg(short, long, value_name = "DIR")]
-    pub(crate) output: PathBuf,
+    #[arg(short, long, value_name = "DIR", required_unless_present = "show")]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) page: PageArgs,
+    /// Register this pair alone, and write its page to --report: errors of all points against the truth, in 3D
+    #[arg(long, value_name = "SOURCE,TARGET", requires = "report", conflicts_with_all = ["output", "figures", "compare"])]
+    pub(crate) show: Option<String>,
+    /// With --show: the same pair by each of these metrics, side by side, for instance mse,inlier-count,overlapped-points
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "show")]
+    pub(crate) metrics: Vec<String>,
     /// Compare with an earlier evaluation of the same pairs (McNemar's exact test)
     #[arg(long, value_name = "DIR")]
     pub(crate) compare: Option<PathBuf>,
@@ -40,9 +60,11 @@ pub(crate) struct ExperimentArgs {
     pub(crate) experiment: String,
     #[command(flatten)]
     pub(crate) dataset: DatasetArgs,
-    /// Where to write NAME.md, NAME.csv and NAME-pairs.csv
+    /// Where to write NAME.md, NAME.csv and NAME-pairs.csv, and claims.md
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) page: PageArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
 }
@@ -56,6 +78,9 @@ pub(crate) struct SimulateArgs {
     /// How many pairs
     #[arg(long, value_name = "N", default_value_t = 100)]
     pub(crate) pairs: usize,
+    /// A triangle mesh to scan instead of the built-in figurines; may be repeated
+    #[arg(long, value_name = "FILE")]
+    pub(crate) mesh: Vec<PathBuf>,
     /// The same seed gives the same data
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,

@@ -2,16 +2,22 @@
 
 mod align;
 mod batch;
+mod calibrate;
 mod config;
 mod evaluation;
 mod files;
+mod prior;
+mod reconstruct;
 mod stages;
 
-pub(crate) use align::{AlignArgs, DemoArgs};
+pub(crate) use align::{AlignArgs, DemoArgs, RefineArgs, ResultArgs, ViewpointArgs};
 pub(crate) use batch::{BatchArgs, MergeArgs, PairChoice};
+pub(crate) use calibrate::CalibrateArgs;
 pub(crate) use config::ConfigCommand;
-pub(crate) use evaluation::{DatasetArgs, EvaluateArgs, ExperimentArgs, SimulateArgs, SimulatedKind};
+pub(crate) use evaluation::{DatasetArgs, EvaluateArgs, ExperimentArgs, PageArgs, SimulateArgs, SimulatedKind};
 pub(crate) use files::{ConvertArgs, InspectArgs};
+pub(crate) use prior::{LevelArgs, PriorArgs};
+pub(crate) use reconstruct::ReconstructArgs;
 pub(crate) use stages::{DescribeArgs, EstimateArgs, KeypointsArgs, MatchArgs, StageArgs};
 
 use clap::{Args as ClapArgs, Parser, Subcommand};
@@ -23,6 +29,8 @@ use std::path::PathBuf;
     name = "congruent",
     version,
     about,
+    // Lines are as long as they are, whatever other crates ask of clap.
+    term_width = 0,
     after_help = "Exit codes: 0 done, 1 not registered (the verdict says why), 2 bad input or configuration, 130 interrupted."
 )]
 pub(crate) struct Args {
@@ -34,15 +42,26 @@ pub(crate) struct Args {
 pub(crate) enum Command {
     /// Find the pose that maps SOURCE into the frame of TARGET
     Align(AlignArgs),
+    /// Make a rough pose exact, and say whether to believe it; nothing is searched for
+    ///
+    /// The pose is drawn in from up to 15 pr, from coarse to fine. The verdict is that of align, from the surfaces and from
+    /// how many of their correspondences agree; it is never ambiguous, because no other pose is looked at.
+    Refine(RefineArgs),
     /// Register many pairs of scans: a folder, a table of pairs, or a dataset (JSONL and CSV, one row a pair)
     ///
-    /// INPUT is a folder of scans, a table of pairs (CSV or JSONL: source,target and optionally id and the true pose), or a
-    /// folder with pairs.csv and scans/. Each scan is described once, with one working length for all of them (the median of
+    /// INPUT is a folder of scans, a table of pairs (CSV, JSONL or, if built in, Parquet: source,target and optionally id and
+    /// the true pose), a folder with pairs.csv and scans/, or a dataset.toml. Each scan is described once, with one working length for all of them (the median of
     /// what the scans would have alone). A scan that cannot be used, or a pair that is given up, is a row with an error; the
     /// rest goes on. Exit code 1 says that there are such rows. A congruent.toml in the folder is used.
     Batch(BatchArgs),
     /// Join the parts of a batch that was run with --shard
     Merge(MergeArgs),
+    /// Put all scans of a folder into one frame: poses, a merged cloud, a report
+    ///
+    /// The pairs are registered as by batch. Loops of three and a robust pose graph tell right pairs from wrong ones, then all
+    /// scans that touch are refined together. Scans that nothing holds together stay apart: each component has a frame of its
+    /// own, that of its first scan. Exit code 1 says that there are several, or scans without a place.
+    Reconstruct(ReconstructArgs),
     /// Find the points of SCAN that are worth describing (CSV)
     ///
     /// One scan has no partner: pr is its own resolution here, not the mean of two. --resolution says what pr is, and
@@ -62,16 +81,24 @@ pub(crate) enum Command {
     Estimate(EstimateArgs),
     /// Register all pairs of a data set and compare with the truth
     ///
-    /// DATASET is a folder with pairs.csv and scans/, a folder with a dataset.toml, or such a file. A killed run
+    /// A DATASET is a folder with pairs.csv and scans/, a folder with a dataset.toml, or such a file. A killed run
     /// resumes where it was: pairs that the directory already has for the same configuration are skipped. Exit code 1
-    /// says that some pair had a file that could not be used.
+    /// says that some pair had a file or a truth that could not be used.
     Evaluate(EvaluateArgs),
-    /// Run an experiment of the paper on a data set
+    /// Run experiments of the paper on data sets
     ///
-    /// All metrics and thresholds rank the same stream of hypotheses. Experiments: iterations (figure 6), estimators
-    /// (table 2), thresholds (figure 7), threshold-rmse (figure 8), metrics (figure 10), nuisances and variants
-    /// (figures 12 and 13), time (figure 14). The chain is the preset paper, if no other is named.
+    /// All metrics and thresholds rank the same stream of hypotheses. Experiments: inliers (figure 5), iterations (figure
+    /// 6), estimators (table 2), thresholds (figure 7), threshold-rmse (figure 8), threshold-iterations (figure 9), metrics
+    /// (figure 10), nuisances and variants (figures 12 and 13), time (figure 14); all runs them together and shares their
+    /// work. claims.md says which of the paper's claims hold. The chain is the preset paper, if no other is named. Exit code
+    /// 1 says that some pair was left out.
     Experiment(ExperimentArgs),
+    /// Measure how far the confidence can be trusted, and fit its coefficients
+    ///
+    /// Registers the pairs of the data sets (as they came, moved, and those that are not listed because they share too
+    /// little), pairs of scans of different data sets, and simulated ones, among them shapes that leave the pose open. Writes
+    /// the coefficients for [verdict.dense.calibration], and cross-validated figures. A killed run resumes where it was.
+    Calibrate(CalibrateArgs),
     /// Make a data set with exact truth
     Simulate(SimulateArgs),
     /// Say what a scan file holds
@@ -86,7 +113,7 @@ pub(crate) enum Command {
 }
 
 /// What every command that registers takes.
-#[derive(Debug, Default, ClapArgs)]
+#[derive(Clone, Debug, Default, ClapArgs)]
 pub(crate) struct RunArgs {
     /// A TOML file, or the name of a preset (default, fast, paper)
     #[arg(short, long, value_name = "FILE")]

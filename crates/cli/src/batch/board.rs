@@ -6,23 +6,36 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What is shown while pairs run.
+/// What is shown while something is done many times.
 pub(super) struct Board {
     /// Nothing where there is no terminal.
     bars: Option<Bars>,
-    pairs: usize,
+    all: usize,
     ended: AtomicUsize,
 }
 
 struct Bars {
+    board: MultiProgress,
     all: ProgressBar,
     workers: Vec<ProgressBar>,
 }
 
 impl Board {
-    pub(super) fn new(pairs: usize, workers: usize) -> Board {
-        let bars = std::io::stderr().is_terminal().then(|| Bars::new(pairs, workers));
-        Board { bars, pairs, ended: AtomicUsize::new(0) }
+    /// With a line for each worker.
+    pub(super) fn new(all: usize, what: &str, workers: usize) -> Board {
+        let bars = std::io::stderr().is_terminal().then(|| Bars::new(all, what, workers));
+        Board { bars, all, ended: AtomicUsize::new(0) }
+    }
+
+    /// For what is soon over: one bar, and nothing where there is no terminal.
+    pub(super) fn quiet(all: usize, what: &str) -> Board {
+        Board::new(all, what, 0)
+    }
+
+    pub(super) fn step(&self) {
+        if let Some(bars) = &self.bars {
+            bars.all.inc(1);
+        }
     }
 
     pub(super) fn enter(&self, worker: usize, id: &str, stage: Stage) {
@@ -31,31 +44,36 @@ impl Board {
         }
     }
 
-    /// A pair has ended; `word` says how.
-    pub(super) fn ended(&self, worker: usize, word: &str) {
+    /// A pair has ended; `word` says how. What `is_bad` stays to be read.
+    pub(super) fn ended(&self, worker: usize, word: &str, is_bad: bool) {
         let ended = self.ended.fetch_add(1, Ordering::Relaxed) + 1;
         match &self.bars {
             Some(bars) => {
+                if is_bad {
+                    // A terminal that is gone is no error.
+                    drop(bars.board.println(word));
+                }
                 bars.workers[worker].set_message(word.to_owned());
                 bars.all.inc(1);
             }
-            None => output::remark(&format!("[{ended}/{}] {word}", self.pairs)),
+            None => output::remark(&format!("[{ended}/{}] {word}", self.all)),
         }
     }
 }
 
 impl Bars {
-    fn new(pairs: usize, workers: usize) -> Bars {
+    fn new(all: usize, what: &str, workers: usize) -> Bars {
         let board = MultiProgress::new();
         let style = |template: &str| ProgressStyle::with_template(template).expect("a valid template");
-        let all = board.add(ProgressBar::new(pairs as u64));
-        all.set_style(style("{bar:30} {pos}/{len} pairs  {per_sec}  {eta} left").progress_chars("=> "));
+        let bar = board.add(ProgressBar::new(all as u64));
+        bar.set_style(style("{bar:30} {pos}/{len} {msg}  {per_sec}  {eta} left").progress_chars("=> "));
+        bar.set_message(what.to_owned());
         let worker = || {
             let bar = board.add(ProgressBar::new_spinner());
             bar.set_style(style("  {wide_msg}"));
             bar
         };
-        Bars { workers: (0..workers).map(|_| worker()).collect(), all }
+        Bars { workers: (0..workers).map(|_| worker()).collect(), all: bar, board }
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// A described scan, or why there is none.
-pub(super) type Entry = Result<Arc<DescribedScan>, String>;
+pub(crate) type Entry = Result<Arc<DescribedScan>, String>;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Key {
@@ -15,7 +15,7 @@ pub(super) struct Key {
 }
 
 /// Bounded by bytes. What a pair holds stays alive even when it is forgotten here.
-pub(super) struct Cache {
+pub(crate) struct Cache {
     capacity: usize,
     state: Mutex<State>,
 }

@@ -6,30 +6,39 @@
 
 mod board;
 mod cache;
+mod columns;
+mod crew;
 mod input;
+mod merge;
 mod pairs;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod results;
 mod row;
 mod survey;
+mod table;
 mod work;
 
-pub(crate) use results::merge;
+pub(crate) use merge::merge;
 pub(crate) use work::Share;
 
 use crate::args::BatchArgs;
 use crate::layers::{self, Sources};
 use crate::output;
 use anyhow::{Result, bail};
-use cache::Cache;
+pub(crate) use cache::Cache;
 use congruent_pipeline::PipelineConfig;
-use input::{Input, Wanted};
+use crew::Crew;
+pub(crate) use input::Input;
+use input::Wanted;
 use pairs::Job;
 use results::{Results, Run};
+pub(crate) use row::Row;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use survey::Survey;
-use work::{Limits, Work};
+pub(crate) use survey::Survey;
+use work::Work;
 
 /// Some pair ended with an error, or was given up.
 const SOME_FAILED: u8 = 1;
@@ -37,16 +46,37 @@ const SOME_FAILED: u8 = 1;
 const INTERRUPTED: u8 = 130;
 /// Share of the memory budget that descriptors may keep; the running pairs have the rest.
 const CACHE_SHARE: f64 = 0.5;
+/// With how many of the others a scan is paired by `--pairs auto`.
+const NEIGHBORS: u32 = 8;
 
 pub(crate) fn run(args: &BatchArgs) -> Result<ExitCode> {
-    let input = Input::find(&args.input, args.wanted())?;
+    run_then(args, &|ended| Ok(if ended.errors > 0 { ExitCode::from(SOME_FAILED) } else { ExitCode::SUCCESS }))
+}
+
+/// All pairs of a run that was not interrupted, and what was made for them.
+pub(crate) struct Ended<'a> {
+    pub(crate) input: &'a Input,
+    pub(crate) survey: &'a Survey,
+    pub(crate) cache: &'a Cache,
+    pub(crate) threads: usize,
+    /// Sorted by id.
+    pub(crate) rows: Vec<Row>,
+    /// Rows without a verdict.
+    pub(crate) errors: usize,
+}
+
+/// Registers the pairs; the exit code is that of what is done with them.
+pub(crate) fn run_then(args: &BatchArgs, then: &dyn Fn(&Ended<'_>) -> Result<ExitCode>) -> Result<ExitCode> {
+    let input = Input::find(&args.input, args.wanted(), args.data.as_deref())?;
+    if args.neighbors.is_some() && !matches!(input.wanted, Wanted::Auto) {
+        bail!("--neighbors is for --pairs auto; say that too, or leave it out");
+    }
+    input.remarks.iter().for_each(|remark| output::remark(&format!("warning: {remark}")));
     let config = layers::resolve(&Sources::of_run(&args.run, Some(&input.folder)))?.config;
-    let threads = args.run.threads.map_or_else(all_processors, usize::from);
-    let limits = Limits::new(threads, args.memory, args.time_limit);
     let interrupted = on_interrupt()?;
     let hook = std::panic::take_hook();
     work::silence_panics();
-    let ended = batch(args, &input, &config, limits, &interrupted);
+    let ended = batch(args, &input, &config, &interrupted, then);
     std::panic::set_hook(hook);
     ended
 }
@@ -55,48 +85,62 @@ fn batch(
     args: &BatchArgs,
     input: &Input,
     config: &PipelineConfig,
-    limits: Limits,
     interrupted: &AtomicBool,
+    then: &dyn Fn(&Ended<'_>) -> Result<ExitCode>,
 ) -> Result<ExitCode> {
-    let threads = limits.threads;
-    let survey = Survey::of(input, config, threads)?;
-    let cache = Cache::new((CACHE_SHARE * args.memory as f64) as usize);
-    let jobs = chosen(input, &survey, &cache, threads, args.neighbors)?;
+    let kept = (CACHE_SHARE * args.memory as f64) as u64;
+    let cache = Cache::new(usize::try_from(kept).unwrap_or(usize::MAX));
+    let threads = args.run.threads.map_or_else(all_processors, usize::from);
+    let crew = Crew { threads, memory: args.memory - kept, stop: interrupted };
+    let Some(survey) = Survey::of(input, config, &crew)? else { return Ok(stopped()) };
+    let neighbors = args.neighbors.unwrap_or(NEIGHBORS) as usize;
+    let Some(jobs) = chosen(input, &survey, &cache, &crew, neighbors)? else { return Ok(stopped()) };
     let run = Run::new(config, &survey, &jobs, args.shard);
     let mine: Vec<Job> = args.shard.of(jobs);
     let results = Results::open(&args.output, run, config, args.resume)?;
     let missing: Vec<Job> = mine.into_iter().filter(|job| !results.has(&job.id)).collect();
 
-    let work = Work { input, survey: &survey, cache: &cache, config, limits };
-    work.run(missing, &results, interrupted)?;
+    let work = Work { input, survey: &survey, cache: &cache, config, time_limit: args.time_limit };
+    work.run(missing, &results, &crew)?;
     let summary = results.finish(&args.output)?;
     output::remark(&summary.text(&args.output));
     if interrupted.load(Ordering::Relaxed) {
-        output::remark("stopped; the same command with --resume goes on where this one ended");
-        return Ok(ExitCode::from(INTERRUPTED));
+        return Ok(stopped());
     }
-    Ok(if summary.errors > 0 { ExitCode::from(SOME_FAILED) } else { ExitCode::SUCCESS })
+    let rows = results::all_rows(&args.output)?;
+    then(&Ended { input, survey: &survey, cache: &cache, threads, rows, errors: summary.errors })
 }
 
-/// All pairs of the run, sorted by id.
-fn chosen(input: &Input, survey: &Survey, cache: &Cache, threads: usize, neighbors: usize) -> Result<Vec<Job>> {
+fn stopped() -> ExitCode {
+    output::remark("stopped; the same command with --resume goes on where this one ended");
+    ExitCode::from(INTERRUPTED)
+}
+
+/// All pairs of the run, sorted by id; nothing where it was stopped.
+fn chosen(
+    input: &Input,
+    survey: &Survey,
+    cache: &Cache,
+    crew: &Crew<'_>,
+    neighbors: usize,
+) -> Result<Option<Vec<Job>>> {
     let jobs = match &input.wanted {
         Wanted::Listed(jobs) => jobs.clone(),
         Wanted::All => pairs::all(&input.scans),
         Wanted::Sequential => pairs::sequential(&input.scans),
-        Wanted::Auto => pairs::alike(&input.scans, &survey.signatures(input, cache, threads)?, neighbors),
+        Wanted::Auto => match survey.signatures(input, cache, crew)? {
+            Some(signatures) => pairs::alike(&input.scans, &signatures, neighbors),
+            None => return Ok(None),
+        },
     };
-    if jobs.is_empty() {
-        bail!("{}: there is no pair of scans; put at least two scans there", input.folder.display());
-    }
-    pairs::sorted(jobs)
+    pairs::sorted(jobs).map(Some)
 }
 
 fn all_processors() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
-/// Set by the first Ctrl-C; the second one ends the program.
+/// Set by the first Ctrl-C (or the signal with which job schedulers end a program); the second one ends it at once.
 fn on_interrupt() -> Result<Arc<AtomicBool>> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);

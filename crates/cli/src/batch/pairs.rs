@@ -68,7 +68,36 @@ pub(super) fn alike(scans: &[ScanFile], signatures: &[Vec<f64>], k: usize) -> Ve
         others.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         chosen.extend(others.iter().take(k).map(|&(_, j)| (i.min(j), i.max(j))));
     }
+    reaching_all(signatures, &mut chosen, &distance_sq);
     chosen.into_iter().map(|(earlier, later)| job(scans, earlier, later)).collect()
+}
+
+/// Adds, where the pairs leave groups of scans apart, the most alike pairs that join them, so that a way of pairs leads from
+/// each scan that has a signature to each other one.
+fn reaching_all(
+    signatures: &[Vec<f64>],
+    chosen: &mut BTreeSet<(usize, usize)>,
+    distance_sq: &dyn Fn(&[f64], &[f64]) -> f64,
+) {
+    let mut group: Vec<usize> = (0..signatures.len()).collect();
+    let join = |group: &mut Vec<usize>, (i, j): (usize, usize)| {
+        let (kept, gone) = (group[i].min(group[j]), group[i].max(group[j]));
+        group.iter_mut().filter(|g| **g == gone).for_each(|g| *g = kept);
+    };
+    chosen.iter().for_each(|pair| join(&mut group, *pair));
+    let usable: Vec<usize> = (0..signatures.len()).filter(|&i| !signatures[i].is_empty()).collect();
+    let mut others: Vec<(f64, usize, usize)> = Vec::new();
+    for (at, &i) in usable.iter().enumerate() {
+        let apart = usable[at + 1..].iter().filter(|&&j| group[i] != group[j]);
+        others.extend(apart.map(|&j| (distance_sq(&signatures[i], &signatures[j]), i, j)));
+    }
+    others.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    for (_, i, j) in others {
+        if group[i] != group[j] {
+            join(&mut group, (i, j));
+            chosen.insert((i, j));
+        }
+    }
 }
 
 /// By id, each once.
@@ -124,7 +153,8 @@ mod tests {
     fn the_most_alike_are_paired_and_the_broken_one_once() {
         let five = scans(&["a", "b", "c", "d", "broken"]);
         let signatures = [vec![0.0, 0.0], vec![5.0, 0.0], vec![0.1, 0.0], vec![5.1, 0.0], vec![]];
-        assert_eq!(ids(&alike(&five, &signatures, 1)), ["c--a", "d--b", "broken--d"]);
+        // `c` and `b` are the nearest of the two groups that would be left apart.
+        assert_eq!(ids(&alike(&five, &signatures, 1)), ["c--a", "c--b", "d--b", "broken--d"]);
         assert_eq!(alike(&five[..4], &signatures[..4], 8), {
             let mut all = all(&five[..4]);
             all.sort_by_key(|job| (job.target, job.source));

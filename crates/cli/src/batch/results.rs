@@ -4,9 +4,7 @@ use super::pairs::Job;
 use super::row::{Row, Status};
 use super::survey::Survey;
 use super::work::Share;
-use super::{fnv, hash_of};
-use crate::args::MergeArgs;
-use crate::output;
+use super::{columns, fnv, hash_of};
 use anyhow::{Context, Result, anyhow, bail};
 use congruent_io::write_file;
 use congruent_pipeline::PipelineConfig;
@@ -14,18 +12,20 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashSet};
 use std::fs::{File, OpenOptions};
 use std::io::Write;
-use std::path::Path;
-use std::process::ExitCode;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 /// One row a line, as they end; sorted by id when the run has ended.
-const ROWS: &str = "results.jsonl";
+pub(super) const ROWS: &str = "results.jsonl";
 /// The same as a table, when the run has ended.
 const TABLE: &str = "results.csv";
+/// The same for programs that read Parquet.
+#[cfg(feature = "parquet")]
+const PARQUET: &str = "results.parquet";
 /// What the rows depend on.
 const RUN: &str = "run.json";
 /// The settings, all of them. Not `congruent.toml`: results may be put beside the scans.
-const CONFIGURATION: &str = "configuration.toml";
+pub(super) const CONFIGURATION: &str = "configuration.toml";
 
 /// What the rows of a folder depend on: `run.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,7 +36,7 @@ pub(super) struct Run {
     /// Of the collection, data units.
     lengths: Vec<f64>,
     /// In the whole run, all shards together.
-    pairs: usize,
+    pub(super) pairs: usize,
     /// Hash of the ids of all pairs.
     pair_list: String,
     /// This one, and how many there are.
@@ -56,19 +56,24 @@ impl Run {
         }
     }
 
-    fn read(folder: &Path) -> Result<Run> {
+    pub(super) fn read(folder: &Path) -> Result<Run> {
         let path = folder.join(RUN);
         let text = std::fs::read_to_string(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
         serde_json::from_str(&text).with_context(|| format!("{}: is not of a batch of this version", path.display()))
     }
 
-    fn write(&self, folder: &Path) -> Result<()> {
+    pub(super) fn write(&self, folder: &Path) -> Result<()> {
         let text = serde_json::to_string_pretty(self).expect("numbers and strings can be written as JSON");
         Ok(write_file(&folder.join(RUN), format!("{text}\n").as_bytes())?)
     }
 
+    /// The same without shards.
+    pub(super) fn whole(&self) -> Run {
+        Run { shard: [1, 1], ..self.clone() }
+    }
+
     /// In what another run would give other rows, and what to do about it.
-    fn difference(&self, other: &Run) -> Option<String> {
+    pub(super) fn difference(&self, other: &Run) -> Option<String> {
         if self.configuration != other.configuration {
             Some(format!(
                 "its configuration is {}, not {}; take the settings from the {CONFIGURATION} there with -c, or another folder",
@@ -89,7 +94,7 @@ impl Run {
 /// Rows that are there, and a file for those to come.
 pub(super) struct Results {
     earlier: HashSet<String>,
-    file: Mutex<File>,
+    log: Mutex<Log>,
 }
 
 impl Results {
@@ -120,9 +125,7 @@ impl Results {
             write_file(&folder.join(CONFIGURATION), text.as_bytes())?;
             HashSet::new()
         };
-        let file = OpenOptions::new().create(true).append(true).open(&rows);
-        let file = Mutex::new(file.with_context(|| format!("{}: cannot be written", rows.display()))?);
-        Ok(Results { earlier, file })
+        Ok(Results { earlier, log: Mutex::new(Log::open(&rows)?) })
     }
 
     pub(super) fn has(&self, id: &str) -> bool {
@@ -130,21 +133,48 @@ impl Results {
     }
 
     /// Writes one row, so that it is there whatever happens next.
-    pub(super) fn append(&self, row: &Row) -> std::io::Result<()> {
-        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        file.write_all((row.json() + "\n").as_bytes())?;
-        file.flush()
+    pub(super) fn append(&self, row: &Row) -> Result<()> {
+        self.log.lock().unwrap_or_else(PoisonError::into_inner).append(&(row.json() + "\n"))
     }
 
-    /// Sorts the rows, and writes the table.
+    /// Sorts the rows, and writes the tables.
     pub(super) fn finish(self, folder: &Path) -> Result<Summary> {
-        drop(self.file);
+        drop(self.log);
         put(folder, read_rows(&folder.join(ROWS))?)
     }
 }
 
+/// A file that grows by whole lines.
+struct Log {
+    path: PathBuf,
+    file: File,
+    /// Length of what was written whole, bytes.
+    whole: u64,
+}
+
+impl Log {
+    fn open(path: &Path) -> Result<Log> {
+        let opened = OpenOptions::new().create(true).append(true).open(path);
+        let opened = opened.and_then(|file| file.metadata().map(|metadata| (file, metadata.len())));
+        let (file, whole) = opened.with_context(|| format!("{}: cannot be written", path.display()))?;
+        Ok(Log { path: path.to_owned(), file, whole })
+    }
+
+    fn append(&mut self, line: &str) -> Result<()> {
+        let written = self.file.write_all(line.as_bytes());
+        if written.is_err() {
+            // A disk that is full takes a part of the line: without it, a shorter row that fits still begins a line.
+            drop(self.file.set_len(self.whole));
+        }
+        let way_out = "free some room, then go on with --resume; the rows before are kept";
+        written.with_context(|| format!("{}: cannot be written; {way_out}", self.path.display()))?;
+        self.whole += line.len() as u64;
+        Ok(())
+    }
+}
+
 /// All whole rows. A last line that was cut by a kill is left out; any other bad line is an error.
-fn read_rows(path: &Path) -> Result<Vec<Row>> {
+pub(super) fn read_rows(path: &Path) -> Result<Vec<Row>> {
     let bytes = std::fs::read(path).with_context(|| format!("{}: cannot be read", path.display()))?;
     // Only what ends with a line break is whole; a cut may also be inside a character.
     let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
@@ -155,12 +185,18 @@ fn read_rows(path: &Path) -> Result<Vec<Row>> {
     (1..).zip(text.lines()).map(line).collect()
 }
 
-/// Puts sorted rows and the table in place.
-fn put(folder: &Path, mut rows: Vec<Row>) -> Result<Summary> {
+/// All rows of a folder.
+pub(super) fn all_rows(folder: &Path) -> Result<Vec<Row>> {
+    read_rows(&folder.join(ROWS))
+}
+
+/// Puts sorted rows and the tables in place.
+pub(super) fn put(folder: &Path, mut rows: Vec<Row>) -> Result<Summary> {
     rows.sort_by(|a, b| a.id.cmp(&b.id));
     let lines: String = rows.iter().map(|row| row.json() + "\n").collect();
-    let table: String = rows.iter().map(|row| row.csv() + "\n").collect();
-    write_file(&folder.join(TABLE), (Row::csv_header() + "\n" + &table).as_bytes())?;
+    write_file(&folder.join(TABLE), columns::csv(&rows).as_bytes())?;
+    #[cfg(feature = "parquet")]
+    write_file(&folder.join(PARQUET), &super::parquet::encode(&rows)?)?;
     write_file(&folder.join(ROWS), lines.as_bytes())?;
     Ok(Summary::of(&rows))
 }
@@ -188,42 +224,6 @@ impl Summary {
         let parts: Vec<String> = counted.chain(errors).collect();
         format!("{} pairs: {}; wrote {}", self.rows, parts.join(", "), folder.join(TABLE).display())
     }
-}
-
-/// Joins the folders of shards into one.
-pub(crate) fn merge(args: &MergeArgs) -> Result<ExitCode> {
-    let first = Run::read(&args.parts[0])?;
-    let (mut rows, mut ids) = (Vec::new(), HashSet::new());
-    for part in &args.parts {
-        if let Some(difference) = first.difference(&Run::read(part)?) {
-            bail!("{}: is not of the same run as {}: {difference}", part.display(), args.parts[0].display());
-        }
-        for row in read_rows(&part.join(ROWS))? {
-            if !ids.insert(row.id.clone()) {
-                bail!("{}: the pair `{}` is in two parts; name each shard once", part.display(), row.id);
-            }
-            rows.push(row);
-        }
-    }
-    let folder = &args.output;
-    std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot be created", folder.display()))?;
-    if folder.join(ROWS).exists() {
-        bail!("{}: there are results already; take another folder", folder.display());
-    }
-    let settings = args.parts[0].join(CONFIGURATION);
-    let text = std::fs::read(&settings).with_context(|| format!("{}: cannot be read", settings.display()))?;
-    write_file(&folder.join(CONFIGURATION), &text)?;
-    Run { shard: [1, 1], ..first.clone() }.write(folder)?;
-    let summary = put(folder, rows)?;
-    output::remark(&summary.text(folder));
-    if ids.len() < first.pairs {
-        bail!(
-            "{} of {} pairs are there; name the other shards too, or finish them with --resume",
-            ids.len(),
-            first.pairs
-        );
-    }
-    Ok(ExitCode::from(u8::from(summary.errors > 0)))
 }
 
 #[cfg(test)]

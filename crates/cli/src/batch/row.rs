@@ -1,7 +1,7 @@
 //! What is written of a pair. docs/FILES.md says what the fields mean.
 
 use super::pairs::Job;
-use crate::result::{Counts, verdict_words};
+use crate::result::Counts;
 use congruent_geometry::{RigidTransform, angle_between, to_rows};
 use congruent_pipeline::Registration;
 use nalgebra::{Point3, Vector3};
@@ -11,17 +11,20 @@ use std::time::Duration;
 
 /// One line of `results.jsonl`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Row {
-    pub(super) id: String,
-    pub(super) source: String,
-    pub(super) target: String,
+pub(crate) struct Row {
+    pub(crate) id: String,
+    pub(crate) source: String,
+    pub(crate) target: String,
     pub(super) status: Status,
-    pub(super) verdict: Option<String>,
+    pub(crate) verdict: Option<String>,
     pub(super) reason: Option<String>,
-    pub(super) error: Option<String>,
-    pub(super) target_from_source: Option<[[f64; 4]; 4]>,
-    pub(super) confidence: Option<f64>,
-    pub(super) overlap: Option<f64>,
+    pub(crate) error: Option<String>,
+    pub(crate) target_from_source: Option<[[f64; 4]; 4]>,
+    /// The other poses of an ambiguous pair, best first. Not in the table.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) alternatives: Vec<[[f64; 4]; 4]>,
+    pub(crate) confidence: Option<f64>,
+    pub(crate) overlap: Option<f64>,
     pub(super) rotation_error_deg: Option<f64>,
     pub(super) centre_error: Option<f64>,
     pub(super) counts: Option<Counts>,
@@ -66,6 +69,7 @@ impl Row {
             reason: None,
             error: None,
             target_from_source: None,
+            alternatives: Vec::new(),
             confidence: None,
             overlap: None,
             rotation_error_deg: None,
@@ -96,7 +100,7 @@ impl Row {
         took: Duration,
         (registration, centre): (&Registration, Vector3<f64>),
     ) -> Row {
-        let (verdict, reason) = verdict_words(registration);
+        let (verdict, reason) = registration.verdict_words();
         let mut row = Row::of(job, names, seed, configuration, took);
         row.timings.extend(registration.timings.iter().map(|t| (t.stage.name().to_owned(), t.time.as_secs_f64())));
         let pose = registration.target_from_source.as_ref();
@@ -105,6 +109,7 @@ impl Row {
             verdict: Some(verdict.to_owned()),
             reason,
             target_from_source: pose.map(to_rows),
+            alternatives: registration.alternatives.iter().map(|(pose, _)| to_rows(pose)).collect(),
             confidence: Some(registration.confidence),
             overlap: registration.agreement.map(|agreement| agreement.overlap),
             rotation_error_deg: errors.map(|e| e.0),
@@ -132,66 +137,6 @@ impl Row {
             ),
         }
     }
-
-    pub(super) fn csv_header() -> String {
-        let mut names: Vec<String> = [
-            "id",
-            "source",
-            "target",
-            "status",
-            "verdict",
-            "reason",
-            "error",
-            "confidence",
-            "overlap",
-            "rotation_error_deg",
-            "centre_error",
-        ]
-        .map(str::to_owned)
-        .to_vec();
-        names.extend((0..16).map(|at| format!("m{}{}", at / 4, at % 4)));
-        for name in ["points", "sampled", "keypoints", "described"] {
-            names.extend(["source", "target"].map(|side| format!("{name}_{side}")));
-        }
-        names.extend(
-            [
-                "correspondences",
-                "trials",
-                "poses",
-                "inliers",
-                "resolution",
-                "seed",
-                "configuration",
-                "version",
-                "seconds",
-            ]
-            .map(str::to_owned),
-        );
-        names.join(",")
-    }
-
-    /// The same as a CSV line; fields without a value are empty.
-    pub(super) fn csv(&self) -> String {
-        let number = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:?}"));
-        let word = |value: &Option<String>| quoted(value.as_deref().unwrap_or_default());
-        let mut fields =
-            vec![quoted(&self.id), quoted(&self.source), quoted(&self.target), self.status.name().to_owned()];
-        fields.extend([word(&self.verdict), word(&self.reason), word(&self.error)]);
-        fields.extend([self.confidence, self.overlap, self.rotation_error_deg, self.centre_error].map(number));
-        fields.extend((0..16).map(|at| number(self.target_from_source.map(|rows| rows[at / 4][at % 4]))));
-        match &self.counts {
-            Some(c) => {
-                let twos = [c.points, c.sampled, c.keypoints, c.described];
-                fields.extend(twos.as_flattened().iter().map(usize::to_string));
-                fields.extend([c.correspondences.to_string(), c.trials.to_string()]);
-                fields.extend([c.poses, c.inliers].map(|n| n.to_string()));
-            }
-            None => fields.extend(std::iter::repeat_n(String::new(), 12)),
-        }
-        fields.extend([number(self.resolution), self.seed.to_string()]);
-        fields.extend([quoted(&self.configuration), quoted(&self.version), number(self.timings.get("total").copied())]);
-        fields.join(",")
-    }
 }
 
 /// Degrees, and how far the middle of the source is from where it should be, data units.
@@ -200,19 +145,9 @@ fn errors(pose: &RigidTransform, truth: &RigidTransform, centre: Vector3<f64>) -
     (angle_between(pose, truth).to_degrees(), (pose * centre - truth * centre).norm())
 }
 
-/// In quotes where it would otherwise be taken for more than one field.
-fn quoted(field: &str) -> String {
-    if field.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", field.replace('"', "\"\"").replace(['\n', '\r'], " "))
-    } else {
-        field.to_owned()
-    }
-}
-
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::batch::input::fields;
 
     /// A row of a pair that could not be run.
     pub(in crate::batch) fn broken(id: &str) -> Row {
@@ -222,13 +157,8 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_row_survives_json_and_has_a_field_for_each_column() {
+    fn a_row_survives_json() {
         let row = broken("a--b");
         assert_eq!(serde_json::from_str::<Row>(&row.json()).unwrap(), row);
-        let (names, values) = (fields(&Row::csv_header()), fields(&row.csv()));
-        assert_eq!(names.len(), values.len());
-        let value = |name: &str| values[names.iter().position(|n| n == name).unwrap()].as_str();
-        assert_eq!((value("target"), value("status"), value("seed")), ("b,c.ply", "error", "7"));
-        assert_eq!((value("error"), value("seconds")), ("a.ply: line 3, \"x\" is no number", "1.5"));
     }
 }

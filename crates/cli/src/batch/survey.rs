@@ -1,56 +1,55 @@
 //! The first look at every scan: whether it can be read, and how large it is.
 
-use super::cache::{Cache, Key};
+use super::board::Board;
+use super::cache::{Cache, Entry, Key};
+use super::crew::{Crew, Item};
 use super::input::{Input, ScanFile};
 use super::work::guarded;
-use crate::commands::{load, on_threads};
+use crate::commands::load;
 use anyhow::Result;
 use congruent_pipeline::{Collection, PipelineConfig, ScanSummary, Variant};
 use nalgebra::Vector3;
-use rayon::prelude::*;
+use std::sync::OnceLock;
+
+/// What a scan takes while it is read and measured: per byte of its file …
+const BYTES_PER_BYTE: u64 = 16;
+/// … and whatever its size.
+const BYTES_PER_SCAN: u64 = 4 << 20;
 
 /// What is known of all scans.
-pub(super) struct Survey {
+pub(crate) struct Survey {
     /// In the order of the input; or why a scan cannot be used.
-    pub(super) scans: Vec<Result<Surveyed, String>>,
+    pub(crate) scans: Vec<Result<Surveyed, String>>,
     /// Nothing where no scan can be used.
-    pub(super) collection: Option<Collection>,
+    pub(crate) collection: Option<Collection>,
 }
 
-pub(super) struct Surveyed {
+pub(crate) struct Surveyed {
     pub(super) summary: ScanSummary,
     /// Middle of the bounding box, file coordinates.
-    pub(super) centre: Vector3<f64>,
+    pub(crate) centre: Vector3<f64>,
 }
 
 impl Survey {
-    pub(super) fn of(input: &Input, config: &PipelineConfig, threads: usize) -> Result<Survey> {
-        let look = |file: &ScanFile| {
-            guarded(|| {
-                let scan = load(&file.path).map_err(|error| format!("{error:#}"))?.scan;
-                let summary =
-                    ScanSummary::new(&scan, config).map_err(|failure| format!("{}: {failure}", file.path.display()))?;
-                Ok(Surveyed { summary, centre: *scan.origin() })
-            })
-            .and_then(|result| result)
-        };
-        let scans: Vec<Result<Surveyed, String>> =
-            on_threads(u16::try_from(threads).ok(), || input.scans.par_iter().map(look).collect())?;
-        let good: Vec<ScanSummary> = scans.iter().flatten().map(|scan| scan.summary.clone()).collect();
-        Ok(Survey { collection: Collection::new(&good, config), scans })
+    /// Nothing where it was stopped.
+    pub(super) fn of(input: &Input, config: &PipelineConfig, crew: &Crew<'_>) -> Result<Option<Survey>> {
+        let looked = of_each(input, crew, "measured", |at| measured(&input.scans[at], config))?;
+        Ok(looked.map(|scans| {
+            let good: Vec<ScanSummary> = scans.iter().flatten().map(|scan| scan.summary.clone()).collect();
+            Survey { collection: Collection::new(&good, config), scans }
+        }))
     }
 
-    /// A signature for each scan, empty where there is none.
-    pub(super) fn signatures(&self, input: &Input, cache: &Cache, threads: usize) -> Result<Vec<Vec<f64>>> {
-        let of = |at: usize| match self.described(input, cache, at, Variant::default()) {
+    /// A signature for each scan, empty where there is none; nothing where it was stopped.
+    pub(super) fn signatures(&self, input: &Input, cache: &Cache, crew: &Crew<'_>) -> Result<Option<Vec<Vec<f64>>>> {
+        of_each(input, crew, "described", |at| match self.described(input, cache, at, Variant::default()) {
             Ok(described) => described.signature(),
             Err(_) => Vec::new(),
-        };
-        on_threads(u16::try_from(threads).ok(), || (0..input.scans.len()).into_par_iter().map(of).collect())
+        })
     }
 
     /// A scan with its descriptors, made or remembered.
-    pub(super) fn described(&self, input: &Input, cache: &Cache, at: usize, variant: Variant) -> super::cache::Entry {
+    pub(crate) fn described(&self, input: &Input, cache: &Cache, at: usize, variant: Variant) -> Entry {
         let collection = match (&self.scans[at], &self.collection) {
             (Err(message), _) => return Err(message.clone()),
             (Ok(_), None) => unreachable!("a scan that can be used makes a collection"),
@@ -61,12 +60,43 @@ impl Survey {
                 let scan = load(&input.scans[at].path).map_err(|error| format!("{error:#}"))?.scan;
                 Ok(collection.describe(&scan, variant).into())
             })
-            .and_then(|result| result)
         })
     }
 
     /// Points of a scan; none where it cannot be used.
-    pub(super) fn points(&self, at: usize) -> usize {
+    pub(crate) fn points(&self, at: usize) -> usize {
         self.scans[at].as_ref().map_or(0, |scan| scan.summary.points)
     }
+}
+
+fn measured(file: &ScanFile, config: &PipelineConfig) -> Result<Surveyed, String> {
+    guarded(|| {
+        let scan = load(&file.path).map_err(|error| format!("{error:#}"))?.scan;
+        let summary =
+            ScanSummary::new(&scan, config).map_err(|failure| format!("{}: {failure}", file.path.display()))?;
+        Ok(Surveyed { summary, centre: *scan.origin() })
+    })
+}
+
+/// Something of each scan, in the order of the input; nothing where it was stopped. `done` says what is done with them.
+fn of_each<T: Send + Sync>(
+    input: &Input,
+    crew: &Crew<'_>,
+    done: &str,
+    of: impl Fn(usize) -> T + Sync,
+) -> Result<Option<Vec<T>>> {
+    let bytes = |scan: &ScanFile| {
+        let size = std::fs::metadata(&scan.path).map_or(0, |file| file.len());
+        BYTES_PER_SCAN + BYTES_PER_BYTE.saturating_mul(size)
+    };
+    let items: Vec<Item<usize>> =
+        input.scans.iter().enumerate().map(|(item, scan)| Item { bytes: bytes(scan), item }).collect();
+    let board = Board::quiet(items.len(), &format!("scans {done}"));
+    let slots: Vec<OnceLock<T>> = input.scans.iter().map(|_| OnceLock::new()).collect();
+    crew.each(items, |_, at| {
+        slots[at].get_or_init(|| of(at));
+        board.step();
+        Ok(())
+    })?;
+    Ok(slots.into_iter().map(OnceLock::into_inner).collect())
 }

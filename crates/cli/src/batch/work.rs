@@ -1,22 +1,21 @@
-//! The pairs, side by side: each worker has threads of its own and takes the next pair when there is room for it.
+//! The pairs, each registered on its own; whatever happens to one is its row.
 
 use super::board::Board;
 use super::cache::Cache;
+use super::crew::{Crew, Item};
 use super::hash_of;
 use super::input::Input;
 use super::pairs::Job;
 use super::results::Results;
 use super::row::{Row, Status};
 use super::survey::Survey;
-use crate::commands::on_threads;
-use anyhow::{Context, Result};
-use congruent_pipeline::{Pair, PipelineConfig, Stage, Variant};
+use anyhow::Result;
+use congruent_pipeline::{Pair, PipelineConfig, Prior, Registration, Stage, Variant};
+use nalgebra::Vector3;
 use std::any::Any;
-use std::collections::VecDeque;
+use std::cmp::Reverse;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::str::FromStr;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// What a running pair takes at most, apart from its descriptors: per point of the two scans while they are read …
@@ -50,28 +49,13 @@ impl Share {
     }
 }
 
-/// What the work may take.
-pub(super) struct Limits {
-    pub(super) threads: usize,
-    /// For running pairs, bytes.
-    memory: u64,
-    /// For one pair.
-    time: Option<Duration>,
-}
-
-impl Limits {
-    /// `memory` is the whole budget, bytes.
-    pub(super) fn new(threads: usize, memory: u64, time: Option<Duration>) -> Limits {
-        Limits { threads, memory: memory - (super::CACHE_SHARE * memory as f64) as u64, time }
-    }
-}
-
 pub(super) struct Work<'a> {
     pub(super) input: &'a Input,
     pub(super) survey: &'a Survey,
     pub(super) cache: &'a Cache,
     pub(super) config: &'a PipelineConfig,
-    pub(super) limits: Limits,
+    /// For one pair.
+    pub(super) time_limit: Option<Duration>,
 }
 
 /// What unwinds a pair that took too long.
@@ -79,35 +63,21 @@ struct TimedOut;
 
 impl Work<'_> {
     /// Runs the pairs, largest first, and writes their rows as they end.
-    pub(super) fn run(&self, mut jobs: Vec<Job>, results: &Results, interrupted: &AtomicBool) -> Result<()> {
+    pub(super) fn run(&self, mut jobs: Vec<Job>, results: &Results, crew: &Crew<'_>) -> Result<()> {
         // By the larger scan, so that its descriptors serve all its pairs while they are in the cache.
-        jobs.sort_by_key(|job| {
+        jobs.sort_by_cached_key(|job| {
             let size = |at: usize| (self.survey.points(at), at);
-            let two = [size(job.source), size(job.target)];
-            (std::cmp::Reverse(two.iter().max().copied()), std::cmp::Reverse(two.iter().min().copied()), job.id.clone())
+            let [one, other] = [size(job.source), size(job.target)];
+            (Reverse(one.max(other)), Reverse(one.min(other)), job.id.clone())
         });
-        let workers = self.limits.threads.min(jobs.len()).max(1);
-        let board = Board::new(jobs.len(), workers);
-        let (queue, room) = (Mutex::new(VecDeque::from(jobs)), Room::new(self.limits.memory));
+        let items: Vec<Item<Job>> = jobs.into_iter().map(|item| Item { bytes: self.bytes(&item), item }).collect();
+        let board = Board::new(items.len(), "pairs", crew.workers(&items));
         let configuration = hash_of(self.config);
-        let one = |worker: usize| -> Result<()> {
-            let threads = self.limits.threads / workers + usize::from(worker < self.limits.threads % workers);
-            on_threads(u16::try_from(threads).ok(), || {
-                while !interrupted.load(Ordering::Relaxed) {
-                    let next = queue.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
-                    let Some(job) = next else { break };
-                    let row = room.with(self.bytes(&job), || self.row(&job, &configuration, worker, &board));
-                    board.ended(worker, &row.word());
-                    results.append(&row).context("a row cannot be written")?;
-                }
-                Ok(())
-            })?
-        };
-        let one = &one;
-        std::thread::scope(|scope| {
-            let all: Vec<_> =
-                (0..workers).map(|worker| scope.spawn(move || one_of(one, worker, interrupted))).collect();
-            all.into_iter().try_for_each(|worker| worker.join().expect("panics are caught in each pair"))
+        crew.each(items, |worker, job| {
+            let row = self.row(&job, &configuration, &|stage| board.enter(worker, &job.id, stage));
+            results.append(&row)?;
+            board.ended(worker, &row.word(), row.status != Status::Done);
+            Ok(())
         })
     }
 
@@ -117,58 +87,60 @@ impl Work<'_> {
         BYTES_PER_PAIR + BYTES_PER_POINT * points as u64
     }
 
-    fn row(&self, job: &Job, configuration: &str, worker: usize, board: &Board) -> Row {
-        let start = Instant::now();
+    fn row(&self, job: &Job, configuration: &str, enter: &dyn Fn(Stage)) -> Row {
         let seed = job.seed(self.config.seed);
-        let scan = |at: usize| &self.input.scans[at];
-        let (pair, made_with) =
-            ((job, [scan(job.source).name.as_str(), scan(job.target).name.as_str()]), (seed, configuration));
+        let scan = |at: usize| self.input.scans[at].name.as_str();
+        let start = Instant::now();
         let observe = |stage: Stage| {
-            board.enter(worker, &job.id, stage);
-            if self.limits.time.is_some_and(|limit| start.elapsed() > limit) {
+            enter(stage);
+            if self.time_limit.is_some_and(|limit| start.elapsed() > limit) {
                 resume_unwind(Box::new(TimedOut));
             }
         };
-        let registered = caught(|| {
-            let supply = |at: usize| move |variant: Variant| self.survey.described(self.input, self.cache, at, variant);
-            let (source, target) = (supply(job.source), supply(job.target));
-            // An unusable scan is said before any work is done for its partner.
-            let (first, second) = (&self.survey.scans[job.source], &self.survey.scans[job.target]);
-            let centre = first.as_ref().map_err(Clone::clone)?.centre;
-            second.as_ref().map_err(Clone::clone)?;
-            let collection = self.survey.collection.as_ref().expect("usable scans make a collection");
-            Ok((collection.register(Pair { source: &source, target: &target }, seed, &observe)?, centre))
-        });
+        let registered = outcome(self.time_limit, || self.registered(job, seed, &observe));
+        let (pair, made_with) = ((job, [scan(job.source), scan(job.target)]), (seed, configuration));
         match registered {
-            Ok(Ok((registration, centre))) => Row::done(pair, made_with, start.elapsed(), (&registration, centre)),
-            Ok(Err(error)) => Row::failed(pair, made_with, start.elapsed(), (Status::Error, error)),
-            Err(payload) if payload.is::<TimedOut>() => {
-                let limit = self.limits.time.unwrap_or_default().as_secs_f64();
-                let error = format!("not done after {limit} s; raise --time-limit");
-                Row::failed(pair, made_with, start.elapsed(), (Status::TimedOut, error))
-            }
-            Err(payload) => Row::failed(pair, made_with, start.elapsed(), (Status::Error, internal(payload.as_ref()))),
+            Ok((registration, centre)) => Row::done(pair, made_with, start.elapsed(), (&registration, centre)),
+            Err(failed) => Row::failed(pair, made_with, start.elapsed(), failed),
         }
     }
-}
 
-/// A worker that cannot write stops the others.
-fn one_of(work: &(dyn Fn(usize) -> Result<()> + Sync), worker: usize, interrupted: &AtomicBool) -> Result<()> {
-    let result = work(worker);
-    if result.is_err() {
-        interrupted.store(true, Ordering::Relaxed);
+    /// The registration, and the middle of the source.
+    fn registered(
+        &self,
+        job: &Job,
+        seed: u64,
+        observe: &dyn Fn(Stage),
+    ) -> Result<(Registration, Vector3<f64>), String> {
+        let supply = |at: usize| move |variant: Variant| self.survey.described(self.input, self.cache, at, variant);
+        let (source, target) = (supply(job.source), supply(job.target));
+        // An unusable scan is said before any work is done for its partner.
+        let [first, second] = [job.source, job.target].map(|at| self.survey.scans[at].as_ref().map_err(Clone::clone));
+        let centre = first?.centre;
+        second?;
+        let collection = self.survey.collection.as_ref().expect("usable scans make a collection");
+        Ok((
+            collection.register(Pair { source: &source, target: &target }, (seed, &Prior::default()), observe)?,
+            centre,
+        ))
     }
-    result
 }
 
-/// Work whose panic is a value.
-fn caught<T>(work: impl FnOnce() -> Result<T, String>) -> Result<Result<T, String>, Box<dyn Any + Send>> {
-    catch_unwind(AssertUnwindSafe(work))
+/// What the work gives, or how the row has to say that it gave nothing.
+fn outcome<T>(time_limit: Option<Duration>, work: impl FnOnce() -> Result<T, String>) -> Result<T, (Status, String)> {
+    match catch_unwind(AssertUnwindSafe(work)) {
+        Ok(result) => result.map_err(|error| (Status::Error, error)),
+        Err(payload) if payload.is::<TimedOut>() => {
+            let limit = time_limit.unwrap_or_default().as_secs_f64();
+            Err((Status::TimedOut, format!("not done after {limit} s; raise --time-limit")))
+        }
+        Err(payload) => Err((Status::Error, internal(payload.as_ref()))),
+    }
 }
 
-/// The same with the panic in words.
-pub(super) fn guarded<T>(work: impl FnOnce() -> Result<T, String>) -> Result<Result<T, String>, String> {
-    caught(work).map_err(|payload| internal(payload.as_ref()))
+/// Work whose panic is an error like others.
+pub(super) fn guarded<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| Err(internal(payload.as_ref())))
 }
 
 fn internal(payload: &(dyn Any + Send)) -> String {
@@ -180,31 +152,6 @@ fn internal(payload: &(dyn Any + Send)) -> String {
 /// From here on a panic is told by the row of its pair, and not on stderr.
 pub(super) fn silence_panics() {
     std::panic::set_hook(Box::new(|_| {}));
-}
-
-/// Bytes that running pairs may take together.
-struct Room {
-    all: u64,
-    free: Mutex<u64>,
-    changed: Condvar,
-}
-
-impl Room {
-    fn new(all: u64) -> Room {
-        Room { all, free: Mutex::new(all), changed: Condvar::new() }
-    }
-
-    /// Waits until there is room. Work that is too large for the whole room has it alone.
-    fn with<T>(&self, bytes: u64, work: impl FnOnce() -> T) -> T {
-        let bytes = bytes.min(self.all);
-        let free = || self.free.lock().unwrap_or_else(PoisonError::into_inner);
-        let room = self.changed.wait_while(free(), |free| *free < bytes);
-        *room.unwrap_or_else(PoisonError::into_inner) -= bytes;
-        let result = work();
-        *free() += bytes;
-        self.changed.notify_all();
-        result
-    }
 }
 
 #[cfg(test)]
@@ -227,36 +174,21 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_becomes_words() {
+    fn a_panic_or_a_lack_of_time_in_one_pair_is_a_row_with_an_error() {
         silence_panics();
-        let message = guarded::<()>(|| panic!("the sky fell on {}", "heads")).unwrap_err();
-        assert_eq!(message, "internal error: the sky fell on heads");
-        assert_eq!(guarded(|| Ok(3)), Ok(Ok(3)));
-    }
-
-    #[test]
-    fn work_waits_until_there_is_room() {
-        let (room, running, most) = (Room::new(10), Mutex::new(0), Mutex::new(0));
-        std::thread::scope(|scope| {
-            for _ in 0..4 {
-                scope.spawn(|| {
-                    for bytes in [4, 5, 99] {
-                        room.with(bytes, || {
-                            let taken = bytes.min(10);
-                            let now = {
-                                let mut running = running.lock().unwrap();
-                                *running += taken;
-                                *running
-                            };
-                            let mut most = most.lock().unwrap();
-                            *most = now.max(*most);
-                            drop(most);
-                            *running.lock().unwrap() -= taken;
-                        });
-                    }
-                });
-            }
-        });
-        assert!(*most.lock().unwrap() <= 10 && *room.free.lock().unwrap() == 10);
+        let row = |work: fn() -> Result<(), String>| {
+            let job = Job { id: "b--a".to_owned(), source: 0, target: 1, truth: None };
+            let failed = outcome(Some(Duration::from_secs(90)), work).unwrap_err();
+            let row = Row::failed((&job, ["b", "a"]), (7, "0f"), Duration::ZERO, failed);
+            (row.status, row.error.unwrap())
+        };
+        let fallen = "internal error: the sky fell on heads".to_owned();
+        assert_eq!(row(|| panic!("the sky fell on {}", "heads")), (Status::Error, fallen.clone()));
+        assert_eq!(row(|| Err("no points".to_owned())), (Status::Error, "no points".to_owned()));
+        let late = "not done after 90 s; raise --time-limit".to_owned();
+        assert_eq!(row(|| resume_unwind(Box::new(TimedOut))), (Status::TimedOut, late));
+        assert_eq!(outcome(None, || Ok(3)), Ok(3));
+        assert_eq!(guarded::<()>(|| panic!("the sky fell on {}", "heads")), Err(fallen));
+        assert_eq!(guarded(|| Ok(3)), Ok(3));
     }
 }

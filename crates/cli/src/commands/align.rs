@@ -2,14 +2,16 @@
 
 use super::stages::save;
 use super::{Loaded, load_seen_from, on_threads};
-use crate::args::{AlignArgs, RunArgs};
+use crate::args::{AlignArgs, ResultArgs, RunArgs, ViewpointArgs};
+use crate::guess::prior;
 use crate::progress::Progress;
 use crate::result::Report;
 use crate::{configuration, output};
 use anyhow::Result;
-use congruent_geometry::{RawScan, RigidTransform};
+use congruent_geometry::{RawScan, RigidTransform, Scan};
 use congruent_io::{write_file, write_ply, write_pose};
-use congruent_pipeline::{Pair, Registration, Trace, Verdict, register_traced};
+use congruent_pipeline::{Pair, PipelineConfig, Prior, Registration, Stage, Trace, Verdict, register_traced};
+use congruent_report::{PairReport, pair_page};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -18,29 +20,22 @@ use std::time::{Duration, Instant};
 pub(super) const NOT_REGISTERED: u8 = 1;
 
 pub(super) fn run(args: &AlignArgs) -> Result<ExitCode> {
+    let prior = prior(&args.prior)?;
     let files = Pair { source: args.source.as_path(), target: args.target.as_path() };
-    let viewpoints =
-        Pair { source: args.source_viewpoint.or(args.viewpoint), target: args.target_viewpoint.or(args.viewpoint) };
-    let mut aligned = align(files, viewpoints, &args.run)?;
+    let mut aligned = align(files, viewpoints(&args.viewpoints), &args.run, &|scans, config, observe| {
+        register_traced(scans, &prior, config, observe)
+    })?;
+    let code = aligned.put(files, &args.output)?;
     if let Some(directory) = &args.save_stages {
         let trace = std::mem::take(&mut aligned.trace);
         save(directory, trace, aligned.scans.as_ref().into_map(|loaded| &loaded.scan))?;
     }
-    if args.json {
-        output::data(&aligned.report.json());
-    } else {
-        output::data(&aligned.report.summary());
-    }
-    if let Some(path) = &args.output {
-        write_result(path, &aligned)?;
-    }
-    if let Some(path) = &args.write_aligned {
-        match (&aligned.registration.verdict, &aligned.registration.target_from_source) {
-            (Verdict::Ok, Some(pose)) => write_moved(path, &aligned.scans.source.raw, pose)?,
-            _ => output::remark(&format!("{}: not written, because the scans were not registered", path.display())),
-        }
-    }
-    Ok(aligned.exit_code())
+    Ok(code)
+}
+
+/// What the user knows of where the scanners stood.
+pub(super) fn viewpoints(args: &ViewpointArgs) -> Pair<Option<[f64; 3]>> {
+    Pair { source: args.source_viewpoint.or(args.viewpoint), target: args.target_viewpoint.or(args.viewpoint) }
 }
 
 /// Two scans, registered.
@@ -48,10 +43,56 @@ pub(super) struct Aligned {
     pub(super) scans: Pair<Loaded>,
     pub(super) registration: Registration,
     pub(super) trace: Trace,
+    pub(super) config: PipelineConfig,
     pub(super) report: Report,
 }
 
+/// From two scans to an answer.
+pub(super) type Registering<'a> =
+    &'a (dyn Fn(Pair<&Scan>, &PipelineConfig, &dyn Fn(Stage)) -> (Registration, Trace) + Sync);
+
 impl Aligned {
+    /// What its page shows; `config_text` is its configuration as TOML.
+    pub(super) fn page_of<'a>(
+        &'a self,
+        names: &'a Pair<String>,
+        config_text: &'a str,
+        truth: Option<&'a RigidTransform>,
+    ) -> PairReport<'a> {
+        PairReport {
+            names: names.as_ref().into_map(String::as_str),
+            scans: self.scans.as_ref().into_map(|loaded| &loaded.scan),
+            registration: &self.registration,
+            trace: &self.trace,
+            config: &self.config,
+            config_text,
+            truth,
+            version: env!("CARGO_PKG_VERSION"),
+        }
+    }
+
+    /// Prints the answer and writes it where it is wanted.
+    pub(super) fn put(&self, files: Pair<&Path>, args: &ResultArgs) -> Result<ExitCode> {
+        if args.json {
+            output::data(&self.report.json());
+        } else {
+            output::data(&self.report.summary());
+        }
+        if let Some(path) = &args.output {
+            write_result(path, self)?;
+        }
+        if let Some(path) = &args.report {
+            write_page(path, files, self, None)?;
+        }
+        if let Some(path) = &args.write_aligned {
+            match (&self.registration.verdict, &self.registration.target_from_source) {
+                (Verdict::Ok, Some(pose)) => write_moved(path, &self.scans.source.raw, pose)?,
+                _ => output::remark(&format!("{}: not written, because the scans were not registered", path.display())),
+            }
+        }
+        Ok(self.exit_code())
+    }
+
     pub(super) fn exit_code(&self) -> ExitCode {
         match self.registration.verdict {
             Verdict::Ok => ExitCode::SUCCESS,
@@ -60,8 +101,18 @@ impl Aligned {
     }
 }
 
+/// With nothing known of the pose beforehand.
+pub(super) fn unbounded(scans: Pair<&Scan>, config: &PipelineConfig, observe: &dyn Fn(Stage)) -> (Registration, Trace) {
+    register_traced(scans, &Prior::default(), config, observe)
+}
+
 /// Reads and registers two files; `viewpoints` are in file coordinates and go before what the files say.
-pub(super) fn align(files: Pair<&Path>, viewpoints: Pair<Option<[f64; 3]>>, run: &RunArgs) -> Result<Aligned> {
+pub(super) fn align(
+    files: Pair<&Path>,
+    viewpoints: Pair<Option<[f64; 3]>>,
+    run: &RunArgs,
+    registering: Registering<'_>,
+) -> Result<Aligned> {
     let config = configuration::resolve(run)?;
     let start = Instant::now();
     let (scans, (registration, trace), reading) =
@@ -69,12 +120,12 @@ pub(super) fn align(files: Pair<&Path>, viewpoints: Pair<Option<[f64; 3]>>, run:
             let scans = files.zip(viewpoints).map(|&(path, viewpoint)| load_seen_from(path, viewpoint)).both()?;
             let reading = start.elapsed();
             let progress = Progress::new();
-            let registration =
-                register_traced(&scans.source.scan, &scans.target.scan, &config, &|stage| progress.enter(stage));
+            let pair = scans.as_ref().into_map(|loaded| &loaded.scan);
+            let registration = registering(pair, &config, &|stage| progress.enter(stage));
             Ok((scans, registration, reading))
         })??;
     let report = Report::new(files, &config, &registration, reading, start.elapsed());
-    Ok(Aligned { scans, registration, trace, report })
+    Ok(Aligned { scans, registration, trace, config, report })
 }
 
 /// JSON, or the matrix alone where the name asks for it.
@@ -86,6 +137,23 @@ fn write_result(path: &Path, aligned: &Aligned) -> Result<()> {
         _ => write_file(path, format!("{}\n", aligned.report.json()).as_bytes())?,
     }
     Ok(())
+}
+
+/// Writes the page of a registration.
+pub(super) fn write_page(
+    path: &Path,
+    files: Pair<&Path>,
+    aligned: &Aligned,
+    truth: Option<&RigidTransform>,
+) -> Result<()> {
+    let (names, text) = (names_of(files), toml::to_string(&aligned.config)?);
+    write_file(path, pair_page(&aligned.page_of(&names, &text, truth)).html().as_bytes())?;
+    Ok(())
+}
+
+/// The names of files without their folders.
+pub(super) fn names_of(files: Pair<&Path>) -> Pair<String> {
+    files.into_map(|file| file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned())
 }
 
 /// Writes a scan under a rigid motion, with its normals and triangles.

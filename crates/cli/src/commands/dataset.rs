@@ -3,28 +3,78 @@
 use super::load;
 use crate::args::DatasetArgs;
 use crate::output;
-use anyhow::Result;
+use crate::progress::Bar;
+use anyhow::{Result, bail};
 use congruent_evaluation::GroundTruth;
-use congruent_io::{TruePair, read_dataset};
+use congruent_io::{Dataset, TruePair, read_dataset};
 use congruent_pipeline::Pair;
+use std::path::{Path, PathBuf};
 
 /// Pairs of a data set.
 pub(super) struct Selected {
     pub(super) name: String,
     pub(super) pairs: Vec<TruePair>,
+    /// Pairs of the truth that cannot be used.
+    broken: usize,
 }
 
-/// Reads the list of pairs and keeps those that are asked for.
-pub(super) fn select(args: &DatasetArgs) -> Result<Selected> {
-    let dataset = read_dataset(&args.dataset, args.data.as_deref())?;
-    dataset.warnings.iter().for_each(|warning| output::remark(&format!("warning: {warning}")));
-    let mut pairs = dataset.pairs;
-    if args.min_overlap > 0.0 {
-        pairs.iter_mut().filter(|pair| pair.overlap.is_none()).for_each(|pair| pair.overlap = measured(pair));
-        // What cannot be measured has a bad file, and stays to say so.
-        pairs.retain(|pair| pair.overlap.is_none_or(|overlap| overlap >= args.min_overlap));
+impl Selected {
+    /// Whether all of the truth could be used.
+    pub(super) fn is_whole(&self) -> bool {
+        self.broken == 0
     }
-    Ok(Selected { name: dataset.name, pairs: spread(pairs, args.pairs) })
+}
+
+/// The names of data sets, for a title.
+pub(super) fn names_of(selected: &[Selected]) -> String {
+    selected.iter().map(|set| set.name.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+/// Reads the lists of pairs and keeps those that are asked for.
+pub(super) fn select(args: &DatasetArgs) -> Result<Vec<Selected>> {
+    if !args.data.is_empty() && args.data.len() != args.datasets.len() {
+        let (places, sets) = (args.data.len(), args.datasets.len());
+        bail!("--data was given {places} times for {sets} data sets; give it once for each of them, in their order");
+    }
+    let mut selected: Vec<Selected> = Vec::new();
+    for (number, path) in args.datasets.iter().enumerate() {
+        let one = select_one(path, args.data.get(number).map(PathBuf::as_path), args)?;
+        if selected.iter().any(|other| other.name == one.name) {
+            bail!(
+                "{}: another data set is called `{}`, too; change the name in dataset.toml",
+                path.display(),
+                one.name
+            );
+        }
+        selected.push(one);
+    }
+    if selected.iter().all(|set| set.pairs.is_empty() && set.is_whole()) {
+        bail!("{}: no pair is left; lower --min-overlap", args.datasets[0].display());
+    }
+    Ok(selected)
+}
+
+fn select_one(path: &Path, data: Option<&Path>, args: &DatasetArgs) -> Result<Selected> {
+    let Dataset { name, mut pairs, warnings, broken, min_overlap } = read_dataset(path, data)?;
+    warnings.iter().for_each(|warning| output::remark(&format!("warning: {warning}")));
+    broken.iter().for_each(|error| output::complain(&format!("{error}; the pair is left out")));
+    let min_overlap = args.min_overlap.unwrap_or(min_overlap);
+    if min_overlap > 0.0 {
+        measure_overlaps(&mut pairs);
+        // What cannot be measured has a bad file, and stays to say so.
+        pairs.retain(|pair| pair.overlap.is_none_or(|overlap| overlap >= min_overlap));
+    }
+    Ok(Selected { name, pairs: spread(pairs, args.pairs), broken: broken.len() })
+}
+
+/// Fills in what the data set does not say.
+fn measure_overlaps(pairs: &mut [TruePair]) {
+    let unknown: Vec<&mut TruePair> = pairs.iter_mut().filter(|pair| pair.overlap.is_none()).collect();
+    let bar = Bar::new(unknown.len() as u64);
+    for (done, pair) in (1..).zip(unknown) {
+        pair.overlap = measured(pair);
+        bar.at(done, "overlaps");
+    }
 }
 
 fn measured(pair: &TruePair) -> Option<f64> {

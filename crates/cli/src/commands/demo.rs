@@ -1,12 +1,13 @@
 //! `congruent demo`: a first run that needs no data.
 
-use super::align::{Aligned, align, write_moved};
+use super::align::{Aligned, align, unbounded, write_moved, write_page};
 use crate::args::DemoArgs;
-use crate::{output, picture};
+use crate::output;
 use anyhow::{Context, Result};
 use congruent_geometry::{NeighborIndex, RawScan, RigidTransform, Scan, angle_between, mean_displacement, uncentred};
 use congruent_io::{write_file, write_ply, write_pose};
 use congruent_pipeline::{Pair, Verdict};
+use congruent_report::before_and_after;
 use congruent_simulation::pair::{PairOptions, figurine_pair};
 use congruent_simulation::scanner::RangeNoise;
 use std::path::Path;
@@ -36,13 +37,16 @@ pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
         100.0 * pair.overlap
     ));
 
-    let aligned = align(Pair { source: &source, target: &target }, Pair::default(), &args.run)?;
+    let aligned = align(Pair { source: &source, target: &target }, Pair::default(), &args.run, &unbounded)?;
     output::data(&aligned.report.summary());
     write_file(&directory.join("result.json"), format!("{}\n", aligned.report.json()).as_bytes())?;
+    let files = Pair { source: source.as_path(), target: target.as_path() };
+    write_page(&directory.join("report.html"), files, &aligned, Some(&pair.target_from_source))?;
     let right = judge(&aligned, &pair.target_from_source)?;
     if let (Verdict::Ok, Some(pose)) = (&aligned.registration.verdict, &aligned.registration.target_from_source) {
         write_moved(&directory.join("aligned.ply"), &pair.source, pose)?;
-        let picture = picture::before_and_after(&pair.source, &pair.target, pose);
+        let scans = Pair { source: pair.source.points.as_slice(), target: pair.target.points.as_slice() };
+        let picture = before_and_after(scans, Some(pose));
         write_file(&directory.join("picture.svg"), picture.as_bytes())?;
     }
     say_what_next(directory, aligned.registration.verdict == Verdict::Ok);
@@ -87,15 +91,16 @@ fn overlap_error(source: &RawScan, target: &RawScan, pose: &RigidTransform, trut
 fn say_what_next(directory: &Path, aligned: bool) {
     let at = |name: &str| directory.join(name).display().to_string();
     let moved = if aligned {
-        format!(", {} (the source moved), {} (open it in a browser)", at("aligned.ply"), at("picture.svg"))
+        format!(", {} (the source moved), {} (a picture)", at("aligned.ply"), at("picture.svg"))
     } else {
         String::new()
     };
     output::remark(&format!(
-        "Wrote {}, {}, {}, {}{moved}.\nNext, your own scans: congruent align SOURCE.ply TARGET.ply --write-aligned aligned.ply",
+        "Wrote {}, {}, {}, {}{moved}, {} (open it in a browser).\nNext, your own scans: congruent align SOURCE.ply TARGET.ply --write-aligned aligned.ply",
         at("source.ply"),
         at("target.ply"),
         at("truth.txt"),
         at("result.json"),
+        at("report.html"),
     ));
 }

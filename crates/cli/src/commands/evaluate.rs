@@ -1,72 +1,86 @@
 //! `congruent evaluate`: every pair of a data set, registered and judged.
 
-use super::dataset::{Selected, select};
-use super::{load, on_threads};
+use super::dataset::{Selected, names_of, select};
+use super::pages::write_pages;
+use super::{load, on_threads, show};
 use crate::args::EvaluateArgs;
 use crate::progress::Bar;
 use crate::rows::Rows;
 use crate::{configuration, output};
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use congruent_evaluation::{GroundTruth, PairRow, Status, Summary, mcnemar_of};
 use congruent_io::TruePair;
-use congruent_pipeline::{Pair, PipelineConfig, register_traced};
+use congruent_pipeline::{Pair, PipelineConfig, Prior, register_traced};
+use congruent_report::{evaluation_figures, evaluation_page};
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
 /// The bound that the running accuracy refers to, `pr`.
 const RUNNING_D_RMSE: f64 = 2.5;
-/// Some pairs had a file that could not be used.
+/// Some pairs had a file that could not be used, or a truth.
 const SOME_ERRORS: u8 = 1;
 
 pub(super) fn run(args: &EvaluateArgs) -> Result<ExitCode> {
+    match (&args.show, &args.output) {
+        (Some(pair), _) => show::run(args, pair),
+        (None, Some(directory)) => run_into(args, directory),
+        (None, None) => bail!("name a directory for the results with -o, or a pair with --show"),
+    }
+}
+
+fn run_into(args: &EvaluateArgs, directory: &Path) -> Result<ExitCode> {
     let config = configuration::resolve(&args.run)?;
     let text = toml::to_string(&config)?;
     let configuration = fingerprint(&[env!("CARGO_PKG_VERSION"), &text]);
     let selected = select(&args.dataset)?;
-    if selected.pairs.is_empty() {
-        bail!("{}: no pair is left to evaluate; lower --min-overlap", args.dataset.dataset.display());
-    }
     let other = args.compare.as_deref().map(Rows::read).transpose()?;
-    let mut rows = Rows::open(&args.output)?;
-    congruent_io::write_file(&args.output.join("config.toml"), text.as_bytes())?;
-    on_threads(args.run.threads, || evaluate(args, &config, &configuration, &selected, &mut rows))??;
+    let mut rows = Rows::open(directory)?;
+    congruent_io::write_file(&directory.join("config.toml"), text.as_bytes())?;
+    on_threads(args.run.threads, || evaluate(&config, &configuration, &selected, &mut rows))??;
 
-    let wanted: Vec<String> = selected.pairs.iter().map(|pair| name_of(&selected.name, pair)).collect();
-    let ours: Vec<PairRow> = rows
-        .all()
-        .iter()
-        .filter(|row| row.configuration == configuration && wanted.contains(&row.pair))
-        .cloned()
-        .collect();
-    let mut summary = Summary::new(&ours).to_string();
-    if let (Some(other), Some(directory)) = (other, &args.compare) {
-        summary += &format!("\nagainst {}: {}", directory.display(), mcnemar_of(&ours, &latest(&other)));
+    let ours = |set: &Selected| -> Vec<PairRow> {
+        let wanted: Vec<String> = set.pairs.iter().map(|pair| name_of(&set.name, pair)).collect();
+        let is_ours = |row: &&PairRow| row.configuration == configuration && wanted.contains(&row.pair);
+        rows.all().iter().filter(is_ours).cloned().collect()
+    };
+    let mut summary = String::new();
+    if selected.len() > 1 {
+        selected.iter().for_each(|set| summary += &format!("{}: {}\n", set.name, Summary::new(&ours(set))));
+        summary += "all: ";
     }
-    congruent_io::write_file(&args.output.join("summary.txt"), summary.as_bytes())?;
+    let ours: Vec<PairRow> = selected.iter().flat_map(&ours).collect();
+    summary += &Summary::new(&ours).to_string();
+    if let (Some(other), Some(earlier)) = (other, &args.compare) {
+        summary += &format!("\nagainst {}: {}", earlier.display(), mcnemar_of(&ours, &latest(&other)));
+    }
+    congruent_io::write_file(&directory.join("summary.txt"), summary.as_bytes())?;
     output::data(summary.trim_end());
-    let any_error = ours.iter().any(|row| row.status == Status::Error);
-    Ok(if any_error { ExitCode::from(SOME_ERRORS) } else { ExitCode::SUCCESS })
+    let version = env!("CARGO_PKG_VERSION");
+    write_pages(
+        &args.page,
+        || evaluation_page(&names_of(&selected), &ours, &summary, &text, version),
+        || evaluation_figures(&ours),
+    )?;
+    let complete = selected.iter().all(Selected::is_whole) && ours.iter().all(|row| row.status != Status::Error);
+    Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(SOME_ERRORS) })
 }
 
 /// Adds the rows that are not there yet.
-fn evaluate(
-    args: &EvaluateArgs,
-    config: &PipelineConfig,
-    configuration: &str,
-    selected: &Selected,
-    rows: &mut Rows,
-) -> Result<()> {
-    let bar = Bar::new(selected.pairs.len() as u64);
+fn evaluate(config: &PipelineConfig, configuration: &str, selected: &[Selected], rows: &mut Rows) -> Result<()> {
+    let all: Vec<(&str, &TruePair)> =
+        selected.iter().flat_map(|set| set.pairs.iter().map(|pair| (set.name.as_str(), pair))).collect();
+    let bar = Bar::new(all.len() as u64);
     let (mut right, mut scored, mut skipped) = (0, 0, 0);
-    for (done, pair) in (1..).zip(&selected.pairs) {
-        let name = name_of(&selected.name, pair);
+    for (done, (dataset, pair)) in (1..).zip(all) {
+        let name = name_of(dataset, pair);
         let row = match rows.find(configuration, &name) {
             Some(row) => {
                 skipped += 1;
                 row.clone()
             }
             None => {
-                let row = judged(&selected.name, pair, config);
+                let row = judged(dataset, pair, config);
                 let row = PairRow { configuration: configuration.to_owned(), pair: name, ..row };
                 rows.add(row.clone())?;
                 row
@@ -80,7 +94,7 @@ fn evaluate(
     }
     drop(bar);
     if skipped > 0 {
-        output::remark(&format!("{skipped} pairs were already in {}", args.output.display()));
+        output::remark(&format!("{skipped} pairs were already there"));
     }
     Ok(())
 }
@@ -89,12 +103,12 @@ fn evaluate(
 fn judged(dataset: &str, pair: &TruePair, config: &PipelineConfig) -> PairRow {
     let row = |overlap: f64| PairRow::new(dataset, &pair.source, &pair.target, overlap);
     let files = Pair { source: &pair.source_file, target: &pair.target_file };
-    let scans = match files.map(|file| load(file)).both() {
+    let scans = match files.map(|file| load(file)).both().with_context(|| format!("named at {}", pair.place)) {
         Ok(scans) => scans.into_map(|loaded| loaded.scan),
         Err(error) => return row(pair.overlap.unwrap_or(0.0)).with_error(format!("{error:#}")),
     };
     let start = Instant::now();
-    let (registration, trace) = register_traced(&scans.source, &scans.target, config, &|_| ());
+    let (registration, trace) = register_traced(scans.as_ref(), &Prior::default(), config, &|_| ());
     let seconds = start.elapsed().as_secs_f64();
     let truth = GroundTruth::of_scans(scans.as_ref(), &pair.target_from_source);
     row(pair.overlap.unwrap_or_else(|| truth.overlap())).judged(&truth, &registration, &trace, seconds)

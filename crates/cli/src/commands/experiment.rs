@@ -1,24 +1,30 @@
-//! `congruent experiment`: the tables and figures of the paper on a data set.
+//! `congruent experiment`: the tables and figures of the paper on data sets.
 
-use super::dataset::{Selected, select};
+use super::dataset::{Selected, names_of, select};
 use super::on_threads;
+use super::pages::write_pages;
 use crate::args::{ExperimentArgs, RunArgs};
 use crate::progress::Bar;
 use crate::{configuration, output};
 use anyhow::{Context, Result, anyhow};
 use congruent_evaluation::csv_line;
-use congruent_evaluation::experiment::{Plan, Tally, run_pair};
+use congruent_evaluation::experiment::claims::{Counts, claims, claims_table};
+use congruent_evaluation::experiment::{Measured, Plan, Request, Shows, Tally, run_pair};
 use congruent_io::{TruePair, read_scan, write_file};
 use congruent_pipeline::{Pair, PipelineConfig};
+use congruent_report::{ExperimentReport, experiment_figures, experiment_page};
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// The experiments, as they are written in `configs/experiments/`.
-pub(crate) const PLANS: [(&str, &str); 8] = [
+pub(crate) const PLANS: [(&str, &str); 10] = [
+    ("inliers", include_str!("../../../../configs/experiments/inliers.toml")),
     ("iterations", include_str!("../../../../configs/experiments/iterations.toml")),
     ("estimators", include_str!("../../../../configs/experiments/estimators.toml")),
     ("thresholds", include_str!("../../../../configs/experiments/thresholds.toml")),
     ("threshold-rmse", include_str!("../../../../configs/experiments/threshold-rmse.toml")),
+    ("threshold-iterations", include_str!("../../../../configs/experiments/threshold-iterations.toml")),
     ("metrics", include_str!("../../../../configs/experiments/metrics.toml")),
     ("nuisances", include_str!("../../../../configs/experiments/nuisances.toml")),
     ("variants", include_str!("../../../../configs/experiments/variants.toml")),
@@ -26,18 +32,27 @@ pub(crate) const PLANS: [(&str, &str); 8] = [
 ];
 /// The chain of the experiments, if no other is named.
 const PRESET: &str = "paper";
+/// Some pairs could not be used, or some lines of the truth.
+const SOME_ERRORS: u8 = 1;
 
 pub(super) fn run(args: &ExperimentArgs) -> Result<ExitCode> {
-    let plans = plans(&args.experiment)?;
+    let mut experiments = Vec::new();
+    for (name, plan) in plans(&args.experiment)? {
+        let variants = variants(&plan, &args.run)?;
+        experiments.push(Experiment::new(name, plan, variants));
+    }
     let selected = select(&args.dataset)?;
     std::fs::create_dir_all(&args.output).with_context(|| format!("{}: cannot be created", args.output.display()))?;
-    for (name, plan) in &plans {
-        let variants = variants(plan, &args.run)?;
-        let run = Run { name, plan, variants: &variants, selected: &selected, output: &args.output };
-        let text = on_threads(args.run.threads, || run.all())??;
-        output::data(text.trim_end());
+    on_threads(args.run.threads, || measure(&mut experiments, &selected))?;
+    let mut texts = Vec::new();
+    for experiment in &experiments {
+        texts.push(experiment.write(&args.output)?);
     }
-    Ok(ExitCode::SUCCESS)
+    texts.extend(write_claims(&experiments, &args.output)?);
+    output::data(texts.join("\n").trim_end());
+    write_page(args, &experiments, &texts, &selected)?;
+    let complete = selected.iter().all(Selected::is_whole) && experiments.iter().all(|e| e.left_out.is_empty());
+    Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(SOME_ERRORS) })
 }
 
 /// All of them, the one of that name, or one from a file.
@@ -67,84 +82,137 @@ fn parse(text: &str, name: &str) -> Result<Plan> {
 fn variants(plan: &Plan, run: &RunArgs) -> Result<Vec<(String, PipelineConfig)>> {
     let of = |variant: &congruent_evaluation::experiment::Variant| {
         let set = run.set.iter().chain(&variant.set).cloned().collect();
-        let config = run.config.clone().or_else(|| Some(PathBuf::from(PRESET)));
-        let all = RunArgs { config, set, seed: run.seed, threads: None };
+        let all = RunArgs { set, ..on_preset(run) };
         let config = configuration::resolve(&all).with_context(|| format!("variant {}", variant.name))?;
         Ok((variant.name.clone(), config))
     };
     plan.variants.iter().map(of).collect()
 }
 
-/// One experiment on one data set.
-struct Run<'a> {
-    name: &'a str,
-    plan: &'a Plan,
-    variants: &'a [(String, PipelineConfig)],
-    selected: &'a Selected,
-    output: &'a Path,
+/// One experiment and what it has measured so far.
+struct Experiment {
+    name: String,
+    plan: Plan,
+    variants: Vec<(String, PipelineConfig)>,
+    tally: Tally,
+    rows: String,
+    left_out: Vec<String>,
 }
 
-impl Run<'_> {
-    /// Runs all pairs, writes the files, and returns the tables.
-    fn all(&self) -> Result<String> {
-        let Run { name, plan, output, .. } = self;
-        let bar = Bar::new(self.selected.pairs.len() as u64);
-        let mut tally = Tally::default();
-        let mut left_out = Vec::new();
-        let mut rows = csv_line([
-            "source",
-            "target",
-            "variant",
-            "nuisance",
-            "estimator",
-            "iterations",
-            "metric",
-            "threshold_pr",
-            "rmse_pr",
-            "matches",
-            "inliers",
-        ]) + "\n";
-        for (done, pair) in (1..).zip(&self.selected.pairs) {
-            match self.one(pair) {
-                Ok(measured) => {
-                    for m in &measured {
-                        let c = &m.cell;
-                        rows += &(csv_line([
-                            pair.source.clone(),
-                            pair.target.clone(),
-                            c.variant.clone(),
-                            c.nuisance.clone(),
-                            c.estimator.to_owned(),
-                            c.iterations.to_string(),
-                            c.metric.to_owned(),
-                            c.threshold_pr.to_string(),
-                            m.rmse_pr.map_or(String::new(), |v| format!("{v:.4}")),
-                            m.share.matches.to_string(),
-                            m.share.inliers.to_string(),
-                        ]) + "\n");
-                    }
-                    tally.add(measured);
+/// Everything that is measured on one pair, or why it is not.
+type Outcome = Result<Vec<Vec<Measured>>>;
+
+/// Runs all experiments on all pairs. Pairs run side by side, but not where a clock is read.
+fn measure(experiments: &mut [Experiment], selected: &[Selected]) {
+    let (mut clocked, mut rest): (Vec<_>, Vec<_>) =
+        experiments.iter_mut().partition(|experiment| experiment.plan.shows == Shows::Time);
+    let side_by_side = 2 * rayon::current_num_threads();
+    for (group, at_once) in [(&mut rest, side_by_side), (&mut clocked, 1)] {
+        if group.is_empty() {
+            continue;
+        }
+        let bar = Bar::new(selected.iter().map(|set| set.pairs.len() as u64).sum());
+        let mut done = 0;
+        for set in selected {
+            for pairs in set.pairs.chunks(at_once) {
+                let outcomes: Vec<Outcome> = pairs.par_iter().map(|pair| measured(group, pair)).collect();
+                for (pair, outcome) in pairs.iter().zip(outcomes) {
+                    add(group, &set.name, pair, outcome);
                 }
-                Err(error) => left_out.push(format!("{} to {}: {error:#}", pair.source, pair.target)),
+                done += pairs.len() as u64;
+                bar.at(done, &set.name);
             }
-            bar.at(done, name);
         }
-        drop(bar);
-        let mut text = tally.markdown(plan, &self.selected.name);
-        if !left_out.is_empty() {
-            text += &format!("\n## Pairs left out\n\n* {}\n", left_out.join("\n* "));
+    }
+}
+
+fn measured(experiments: &[&mut Experiment], pair: &TruePair) -> Outcome {
+    let files = Pair { source: &pair.source_file, target: &pair.target_file };
+    let scans = files.map(|file| read_scan(file)).both().with_context(|| format!("named at {}", pair.place))?;
+    let requests: Vec<Request<'_>> =
+        experiments.iter().map(|e| Request { plan: &e.plan, variants: &e.variants }).collect();
+    Ok(run_pair(&requests, scans.as_ref(), &pair.target_from_source)?)
+}
+
+fn add(experiments: &mut [&mut Experiment], dataset: &str, pair: &TruePair, outcome: Outcome) {
+    match outcome {
+        Ok(results) => {
+            for (experiment, measured) in experiments.iter_mut().zip(results) {
+                experiment.add(dataset, pair, measured);
+            }
         }
-        write_file(&output.join(format!("{name}.csv")), tally.csv(plan).as_bytes())?;
-        write_file(&output.join(format!("{name}-pairs.csv")), rows.as_bytes())?;
+        Err(error) => {
+            let why = format!("{dataset}: {} to {}: {error:#}", pair.source, pair.target);
+            experiments.iter_mut().for_each(|experiment| experiment.left_out.push(why.clone()));
+        }
+    }
+}
+
+impl Experiment {
+    fn new(name: String, plan: Plan, variants: Vec<(String, PipelineConfig)>) -> Experiment {
+        let rows = csv_line(Measured::COLUMNS) + "\n";
+        Experiment { name, plan, variants, tally: Tally::default(), rows, left_out: Vec::new() }
+    }
+
+    fn add(&mut self, dataset: &str, pair: &TruePair, measured: Vec<Measured>) {
+        for one in &measured {
+            self.rows += &one.csv([dataset, &pair.source, &pair.target]);
+            self.rows.push('\n');
+        }
+        self.tally.add(dataset, measured);
+    }
+
+    /// Writes the files, and returns the tables.
+    fn write(&self, output: &Path) -> Result<String> {
+        let mut text = self.tally.markdown(&self.plan);
+        if !self.left_out.is_empty() {
+            text += &format!("\n## Pairs left out\n\n* {}\n", self.left_out.join("\n* "));
+        }
+        let name = &self.name;
+        write_file(&output.join(format!("{name}.csv")), self.tally.csv(&self.plan).as_bytes())?;
+        write_file(&output.join(format!("{name}-pairs.csv")), self.rows.as_bytes())?;
         write_file(&output.join(format!("{name}.md")), text.as_bytes())?;
         Ok(text)
     }
+}
 
-    fn one(&self, pair: &TruePair) -> Result<Vec<congruent_evaluation::experiment::Measured>> {
-        let files = Pair { source: &pair.source_file, target: &pair.target_file };
-        let scans = files.map(|file| read_scan(file)).both()?;
-        Ok(run_pair(self.plan, self.variants, scans.as_ref(), &pair.target_from_source)?)
+/// The page and the figures that were asked for; texts beyond those of the experiments go to the end.
+fn write_page(
+    args: &ExperimentArgs,
+    experiments: &[Experiment],
+    texts: &[String],
+    selected: &[Selected],
+) -> Result<()> {
+    let reports: Vec<ExperimentReport<'_>> = experiments
+        .iter()
+        .zip(texts)
+        .map(|(e, text)| ExperimentReport { name: &e.name, plan: &e.plan, tally: &e.tally, text })
+        .collect();
+    let config = toml::to_string(&configuration::resolve(&on_preset(&args.run))?)?;
+    let more = texts.get(experiments.len()).map_or("", String::as_str);
+    write_pages(
+        &args.page,
+        || experiment_page(&names_of(selected), &reports, more, &config, env!("CARGO_PKG_VERSION")),
+        || reports.iter().flat_map(experiment_figures).collect(),
+    )
+}
+
+/// What the command line describes, on top of the preset of the experiments.
+fn on_preset(run: &RunArgs) -> RunArgs {
+    let config = run.config.clone().or_else(|| Some(PathBuf::from(PRESET)));
+    RunArgs { config, threads: None, ..run.clone() }
+}
+
+/// What the paper claims about these experiments, if anything.
+fn write_claims(experiments: &[Experiment], output: &Path) -> Result<Option<String>> {
+    let counts: Vec<_> = experiments.iter().map(|e| (e.name.clone(), e.tally.counts(&e.plan))).collect();
+    let claims = claims(&Counts { experiments: &counts });
+    if claims.is_empty() {
+        return Ok(None);
     }
+    let text = claims_table(&claims);
+    write_file(&output.join("claims.md"), text.as_bytes())?;
+    Ok(Some(text))
 }
 
 #[cfg(test)]
@@ -156,8 +224,9 @@ mod tests {
         for (name, plan) in plans("all").unwrap() {
             let variants = variants(&plan, &RunArgs::default()).unwrap_or_else(|error| panic!("{name}: {error:#}"));
             assert_eq!(variants.len(), plan.variants.len());
-            assert!(!plan.metrics.is_empty() && !plan.notes.is_empty(), "{name}");
+            let ranks = !plan.metrics.is_empty() || plan.shows == Shows::Inliers;
+            assert!(ranks && !plan.notes.is_empty(), "{name}");
         }
-        assert!(plans("nothing").unwrap_err().to_string().contains("there are: iterations, "));
+        assert!(plans("nothing").unwrap_err().to_string().contains("there are: inliers, iterations, "));
     }
 }

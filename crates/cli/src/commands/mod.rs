@@ -12,11 +12,15 @@ mod experiment;
 mod inspect;
 mod keypoints;
 mod matching;
+mod pages;
+mod reconstruct;
+mod refine;
+mod show;
 mod simulate;
 mod stages;
 
 use crate::args::{Args, Command};
-use crate::batch;
+use crate::{batch, calibration};
 use anyhow::{Context, Result};
 use congruent_geometry::{RawScan, Scan};
 use std::path::Path;
@@ -26,14 +30,17 @@ use std::process::ExitCode;
 pub(crate) fn run(args: Args) -> Result<ExitCode> {
     match args.command {
         Command::Align(args) => align::run(&args),
+        Command::Refine(args) => refine::run(&args),
         Command::Batch(args) => batch::run(&args),
         Command::Merge(args) => batch::merge(&args),
+        Command::Reconstruct(args) => reconstruct::run(&args),
         Command::Keypoints(args) => keypoints::run(&args),
         Command::Describe(args) => describe::run(&args),
         Command::Match(args) => matching::run(&args),
         Command::Estimate(args) => estimate::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Experiment(args) => experiment::run(&args),
+        Command::Calibrate(args) => calibration::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Convert(args) => convert::run(&args),

@@ -3,8 +3,9 @@
 use crate::args::{SimulateArgs, SimulatedKind};
 use crate::output;
 use crate::progress::Bar;
-use anyhow::{Context, Result};
-use congruent_io::{PairLine, pairs_csv, write_file, write_ply};
+use anyhow::{Context, Result, bail};
+use congruent_io::{PairLine, pairs_csv, read_scan, write_file, write_ply};
+use congruent_simulation::Mesh;
 use congruent_simulation::benchmark::{Benchmark, Group, Kind};
 use std::collections::HashSet;
 use std::path::Path;
@@ -14,9 +15,10 @@ use std::process::ExitCode;
 const FRUITLESS_GROUPS: u64 = 20;
 
 pub(super) fn run(args: &SimulateArgs) -> Result<ExitCode> {
+    let meshes = args.mesh.iter().map(|file| mesh(file)).collect::<Result<Vec<Mesh>>>()?;
     let scans = args.directory.join("scans");
     std::fs::create_dir_all(&scans).with_context(|| format!("{}: cannot be created", scans.display()))?;
-    let benchmark = Benchmark::new(args.kind.into(), args.seed);
+    let benchmark = Benchmark::of_shapes(args.kind.into(), args.seed, meshes);
     let bar = Bar::new(args.pairs as u64);
     let (mut lines, mut written, mut last_fruitful) = (Vec::new(), HashSet::new(), 0);
     for number in 0.. {
@@ -41,6 +43,22 @@ pub(super) fn run(args: &SimulateArgs) -> Result<ExitCode> {
         args.directory.display()
     ));
     Ok(ExitCode::SUCCESS)
+}
+
+/// A surface to scan.
+fn mesh(file: &Path) -> Result<Mesh> {
+    let raw = read_scan(file)?;
+    if raw.triangles.is_empty() {
+        bail!("{}: has no faces, so there is no surface to scan; give a triangle mesh", file.display());
+    }
+    if raw.points.iter().flatten().any(|v| !v.is_finite()) {
+        bail!("{}: has corners that are not finite; remove them", file.display());
+    }
+    let mesh = Mesh { points: raw.points, triangles: raw.triangles };
+    if mesh.bounding_sphere().1 == 0.0 {
+        bail!("{}: all corners are in one place; give a mesh with an extent", file.display());
+    }
+    Ok(mesh)
 }
 
 /// Writes the scans that the wanted pairs need, each once.
@@ -71,7 +89,7 @@ fn add(
 fn description(args: &SimulateArgs) -> String {
     let kind = args.kind.name();
     format!(
-        "# Made by `congruent simulate {kind} DIR --pairs {} --seed {}`; the truth is exact.\nname = \"{kind}\"\nabout = \"{}\"\nunit = \"hundredths of the figurine's height\"\nlicence = \"CC0-1.0\"\nsource = \"congruent simulate\"\nscans = \"scans\"\n\n[truth]\nformat = \"pairs-csv\"\npath = \"pairs.csv\"\n",
+        "# Made by `congruent simulate {kind} DIR --pairs {} --seed {}`; the truth is exact.\nname = \"{kind}\"\nabout = \"{}\"\nunit = \"hundredths of the object's longest side\"\nlicence = \"CC0-1.0\"\nsource = \"congruent simulate\"\nscans = \"scans\"\n\n[truth]\nformat = \"pairs-csv\"\npath = \"pairs.csv\"\n",
         args.pairs,
         args.seed,
         args.kind.about()

@@ -3,13 +3,20 @@
 //! For each pair the chain runs once up to the matches; each estimator then proposes one stream of poses, and every
 //! metric at every threshold ranks all of it. So differences between metrics are differences of metrics alone, and
 //! paired tests are valid. The answer is the paper's: the best hypothesis as it was drawn, without any refinement.
+//! Several experiments on one pair share whatever they have in common.
 
+mod bench;
+mod cell;
+pub mod claims;
+mod histogram;
 mod nuisance;
 mod plan;
 mod run;
+mod tables;
 mod tally;
 
+pub use cell::{Cell, Measured};
 pub use nuisance::Nuisance;
-pub use plan::{Axis, MeasuredOn, Plan, Variant, metric_name};
-pub use run::{Cell, Measured, Problem, run_pair};
-pub use tally::Tally;
+pub use plan::{Axis, MeasuredOn, Plan, Shows, Variant, metric_name};
+pub use run::{Problem, Request, run_pair};
+pub use tally::{Count, Tally};

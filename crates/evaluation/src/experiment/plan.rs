@@ -10,14 +10,19 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Plan {
-    /// What it shows.
+    /// Of the result.
     pub title: String,
     /// How gaps of the paper were settled; printed with the result.
     #[serde(default)]
     pub notes: Vec<String>,
+    /// What is measured.
+    #[serde(default)]
+    pub shows: Shows,
     /// What the rows of the table are.
+    #[serde(default = "rows")]
     pub rows: Axis,
     /// What its columns are. Whatever else varies makes more tables.
+    #[serde(default = "columns")]
     pub columns: Axis,
     /// Changes to the chain before the estimator.
     #[serde(default = "unchanged")]
@@ -29,6 +34,7 @@ pub struct Plan {
     #[serde(default = "plain")]
     pub estimators: Vec<EstimatorConfig>,
     /// All rank the same stream.
+    #[serde(default)]
     pub metrics: Vec<MetricConfig>,
     /// Thresholds of all metrics, in `pr` of the chain.
     #[serde(default = "paper_threshold")]
@@ -45,9 +51,19 @@ pub struct Plan {
     /// Compare every metric with this one by McNemar's exact test.
     #[serde(default)]
     pub baseline: Option<String>,
-    /// Measure the time that a metric takes for one pose.
-    #[serde(default)]
-    pub timed: bool,
+}
+
+/// What an experiment measures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Shows {
+    /// How often the best pose is right.
+    #[default]
+    Accuracy,
+    /// How many matches are true, and which share of them; nothing is proposed.
+    Inliers,
+    /// How long a metric takes for one pose; nothing is ranked.
+    Time,
 }
 
 /// A change to the configuration, as `--set` takes it.
@@ -75,6 +91,8 @@ pub enum MeasuredOn {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Axis {
+    /// Where the pairs come from.
+    Dataset,
     /// Changes to the chain.
     Variant,
     /// What the target is spoilt with.
@@ -93,12 +111,22 @@ pub enum Axis {
 
 impl Axis {
     /// All of them.
-    pub(crate) const ALL: [Axis; 7] =
-        [Axis::Variant, Axis::Nuisance, Axis::Estimator, Axis::Iterations, Axis::Metric, Axis::Threshold, Axis::DRmse];
+    pub const ALL: [Axis; 8] = [
+        Axis::Dataset,
+        Axis::Variant,
+        Axis::Nuisance,
+        Axis::Estimator,
+        Axis::Iterations,
+        Axis::Metric,
+        Axis::Threshold,
+        Axis::DRmse,
+    ];
 
     /// Its name in tables.
-    pub(crate) fn name(self) -> &'static str {
+    #[must_use]
+    pub fn name(self) -> &'static str {
         match self {
+            Axis::Dataset => "data set",
             Axis::Variant => "variant",
             Axis::Nuisance => "nuisance",
             Axis::Estimator => "estimator",
@@ -108,6 +136,14 @@ impl Axis {
             Axis::DRmse => "d_rmse (pr)",
         }
     }
+}
+
+fn rows() -> Axis {
+    Axis::Metric
+}
+
+fn columns() -> Axis {
+    Axis::Dataset
 }
 
 fn unchanged() -> Vec<Variant> {

@@ -1,14 +1,13 @@
-//! All cells of an experiment for one pair.
+//! All cells of experiments for one pair.
 
+use super::bench::{Bench, Case, up_to_matches};
 use super::plan::{at_threshold, estimator_name, with_iterations};
-use super::{MeasuredOn, Nuisance, Plan, metric_name};
-use crate::{GroundTruth, InlierShare, inlier_share};
+use super::{Cell, Measured, MeasuredOn, Nuisance, Plan, Shows, metric_name};
+use crate::{InlierShare, inlier_share};
 use congruent_estimators::{Hypothesis, HypothesisGenerator, sample_all};
-use congruent_geometry::{Length, RawScan, RigidTransform, Scan, ScanError, Surface};
-use congruent_matching::Correspondence;
+use congruent_geometry::{RawScan, RigidTransform, ScanError};
 use congruent_metrics::{Clouds, Evidence, Metric, MetricConfig};
-use congruent_pipeline::stages::{self, Prepared};
-use congruent_pipeline::{Failure, Pair, PipelineConfig, SamplingConfig};
+use congruent_pipeline::{Failure, Pair, PipelineConfig, stages};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -16,37 +15,19 @@ use std::time::Instant;
 const INLIER_WITHIN_PR: f64 = 5.0;
 /// Poses that a metric is timed on.
 const TIMED_POSES: usize = 100;
+/// Of a metric that takes longer for one pose than this, microseconds, …
+const SLOW: f64 = 1000.0;
+/// … fewer poses do.
+const TIMED_POSES_IF_SLOW: usize = 10;
 /// How often; the fastest round counts.
 const TIMED_ROUNDS: usize = 5;
 
-/// Where in the sweep a result belongs.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Cell {
-    /// Name of the change to the chain.
-    pub variant: String,
-    /// Name of what the target was spoilt with.
-    pub nuisance: String,
-    /// Who proposed.
-    pub estimator: &'static str,
-    /// How much of the stream was looked at.
-    pub iterations: u64,
-    /// Who ranked.
-    pub metric: &'static str,
-    /// Inlier threshold, `pr` of the chain.
-    pub threshold_pr: f64,
-}
-
-/// What one cell says of one pair.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Measured {
-    /// Which.
-    pub cell: Cell,
-    /// Of the best pose; nothing where there was none.
-    pub rmse_pr: Option<f64>,
-    /// Of the matches.
-    pub share: InlierShare,
-    /// Time for one pose, microseconds, on one thread; nothing where that was not asked for.
-    pub microseconds: Option<f64>,
+/// A plan, and its variants as configurations.
+pub struct Request<'a> {
+    /// What is swept.
+    pub plan: &'a Plan,
+    /// Name and configuration of each of the plan's variants, in its order.
+    pub variants: &'a [(String, PipelineConfig)],
 }
 
 /// Why a pair has no results.
@@ -66,141 +47,194 @@ pub enum Problem {
     },
 }
 
-/// Runs the chain up to the matches for every variant and nuisance, and all that the plan sweeps on top of that.
-/// `variants` are the plan's, as configurations.
+/// All that the plans sweep, for each plan. Each stage is run once for all plans that need it, and all metrics,
+/// thresholds and budgets that look at the poses of one estimator on the same matches look at the same poses, which are
+/// proposed once.
 ///
 /// # Errors
 /// The pair cannot be used or judged.
 pub fn run_pair(
-    plan: &Plan,
-    variants: &[(String, PipelineConfig)],
+    requests: &[Request<'_>],
     scans: Pair<&RawScan>,
     target_from_source: &RigidTransform,
-) -> Result<Vec<Measured>, Problem> {
-    let mut measured = Vec::new();
-    let clean = scans.map(|raw| Scan::new(raw)).both()?;
-    for (name, config) in variants {
-        let Prepared { surfaces, raw_resolution, resolution } =
-            stages::prepare(&[&clean.source, &clean.target], config, None)?;
-        let surfaces = Pair::of_two(surfaces);
-        let judge = judge(plan.measured_on, &clean, &surfaces, target_from_source);
-        if !judge.is_evaluable() {
-            return Err(Problem::NotEvaluable { shared: judge.n_shared() });
-        }
-        // Lengths stay those of the unspoilt pair: a nuisance changes the data, not the settings.
-        let config = with_fixed_leaf(config, raw_resolution);
-        for nuisance in &plan.nuisances {
-            let spoilt = Scan::new(&nuisance.apply(scans.target, raw_resolution, config.seed))?;
-            let prepared;
-            let (surfaces, origin) = if *nuisance == (Nuisance::None {}) {
-                (&surfaces, clean.target.origin())
-            } else {
-                prepared =
-                    Pair::of_two(stages::prepare(&[&clean.source, &spoilt], &config, Some(resolution))?.surfaces);
-                (&prepared, spoilt.origin())
-            };
-            let to_clean = RigidTransform::translation(
-                origin.x - clean.target.origin().x,
-                origin.y - clean.target.origin().y,
-                origin.z - clean.target.origin().z,
-            );
-            let case = Case { plan, config: &config, surfaces, resolution, judge: &judge, to_clean };
-            case.run(name, &nuisance.to_string(), &mut measured);
-        }
-    }
-    Ok(measured)
-}
-
-fn judge(on: MeasuredOn, scans: &Pair<Scan>, surfaces: &Pair<Surface>, truth: &RigidTransform) -> GroundTruth {
-    match on {
-        MeasuredOn::Scans => GroundTruth::of_scans(scans.as_ref(), truth),
-        MeasuredOn::Sampled => {
-            let origins = Pair { source: *scans.source.origin(), target: *scans.target.origin() };
-            let points = Pair { source: surfaces.source.points(), target: surfaces.target.points() };
-            GroundTruth::of_points(points, origins, truth)
-        }
-    }
-}
-
-/// The same grid for any scan.
-fn with_fixed_leaf(config: &PipelineConfig, raw_resolution: f64) -> PipelineConfig {
-    let mut config = config.clone();
-    let leaf = match &mut config.sampling {
-        SamplingConfig::None {} => return config,
-        SamplingConfig::VoxelGrid(grid) => &mut grid.leaf,
-        SamplingConfig::Budget(budget) => &mut budget.leaf,
-    };
-    *leaf = Length::Units(leaf.resolve(raw_resolution));
-    config
-}
-
-/// One variant under one nuisance.
-struct Case<'a> {
-    plan: &'a Plan,
-    config: &'a PipelineConfig,
-    surfaces: &'a Pair<Surface>,
-    resolution: f64,
-    judge: &'a GroundTruth,
-    /// From the centred spoilt target to the centred clean one.
-    to_clean: RigidTransform,
-}
-
-impl Case<'_> {
-    fn run(&self, variant: &str, nuisance: &str, measured: &mut Vec<Measured>) {
-        let matches = self.matches();
-        for estimator in &self.plan.estimators {
-            let most = self.plan.iterations.iter().copied().max().unwrap_or(0);
-            let estimator = with_iterations(estimator, most);
-            let name = estimator_name(&estimator);
-            let config = PipelineConfig { estimator, ..self.config.clone() };
-            let evidence = stages::evidence(self.surfaces, &matches, &config, self.resolution);
-            let truth = self.to_clean.inverse() * self.judge.centred();
-            let share = inlier_share(&evidence, &truth, INLIER_WITHIN_PR * self.resolution);
-            let generator = config.estimator.build(&evidence, self.resolution, config.seed);
-            let cell = |iterations, metric: &MetricConfig, threshold_pr| Cell {
-                variant: variant.to_owned(),
-                nuisance: nuisance.to_owned(),
-                estimator: name,
-                iterations,
-                metric: metric_name(metric),
-                threshold_pr,
-            };
-            let ranks = self.ranks();
-            let metrics: Vec<Box<dyn Metric>> = ranks.iter().map(|(_, _, metric)| self.built(metric)).collect();
-            let lent: Vec<&dyn Metric> = metrics.iter().map(AsRef::as_ref).collect();
-            let keep = if self.plan.iterations.len() == 1 { 1 } else { usize::MAX };
-            let ranked = sample_all(generator.as_ref(), &lent, &evidence, keep);
-            for ((threshold_pr, metric, _), (built, ranked)) in ranks.iter().zip(lent.iter().zip(&ranked)) {
-                let microseconds = self.plan.timed.then(|| time_of(*built, generator.as_ref(), &evidence)).flatten();
-                for &iterations in &self.plan.iterations {
-                    let rmse_pr = best(ranked, iterations).and_then(|pose| self.judge.rmse_pr(&(self.to_clean * pose)));
-                    let cell = cell(iterations, metric, *threshold_pr);
-                    measured.push(Measured { cell, rmse_pr, share, microseconds });
-                }
+) -> Result<Vec<Vec<Measured>>, Problem> {
+    let mut bench = Bench::new(scans, target_from_source)?;
+    let mut streams: Vec<Stream> = Vec::new();
+    for request in requests {
+        for stream in request.streams() {
+            match streams.iter_mut().find(|known| known.is_same(&stream)) {
+                Some(known) => known.also(stream),
+                None => streams.push(stream),
             }
         }
     }
+    for stream in &mut streams {
+        let case = bench.case(&stream.config, stream.nuisance, stream.measured_on)?;
+        stream.run(&case);
+    }
+    Ok(requests.iter().map(|request| request.collect(&streams)).collect())
+}
 
-    fn matches(&self) -> Vec<Correspondence> {
-        let (config, resolution) = (self.config, self.resolution);
-        let features = self.surfaces.map(|surface| {
-            let keypoints = stages::detect(surface, config, resolution);
-            let points: Vec<u32> = keypoints.iter().map(|keypoint| keypoint.index).collect();
-            stages::describe(surface, &points, config, resolution)
+impl Request<'_> {
+    /// What has to be proposed and ranked, in the plan's order.
+    fn streams(&self) -> Vec<Stream> {
+        let plan = self.plan;
+        let mut streams = Vec::new();
+        for (_, config) in self.variants {
+            for &nuisance in &plan.nuisances {
+                for estimator in &plan.estimators {
+                    let estimator = with_iterations(estimator, plan.iterations.iter().copied().max().unwrap_or(0));
+                    streams.push(Stream {
+                        config: PipelineConfig { estimator, ..config.clone() },
+                        nuisance,
+                        measured_on: plan.measured_on,
+                        shows: plan.shows,
+                        wanted: plan.ranks(),
+                        iterations: plan.iterations.clone(),
+                        share: InlierShare::default(),
+                        found: Vec::new(),
+                    });
+                }
+            }
+        }
+        streams
+    }
+
+    /// What the plan asked for, in its order.
+    fn collect(&self, streams: &[Stream]) -> Vec<Measured> {
+        let (plan, mut measured) = (self.plan, Vec::new());
+        let names = self.variants.iter().flat_map(|(name, _)| {
+            plan.nuisances.iter().flat_map(move |nuisance| plan.estimators.iter().map(move |_| (name, nuisance)))
         });
-        stages::match_features(&features, config)
+        for ((variant, nuisance), asked) in names.zip(self.streams()) {
+            let stream = streams.iter().find(|stream| stream.is_same(&asked)).expect("all streams were run");
+            let cell = |metric, threshold_pr, iterations| Cell {
+                variant: variant.clone(),
+                nuisance: nuisance.to_string(),
+                estimator: estimator_name(&asked.config.estimator),
+                iterations,
+                metric,
+                threshold_pr,
+            };
+            let share = stream.share;
+            if plan.shows == Shows::Inliers {
+                let cell = Cell { estimator: "", ..cell("", 0.0, 0) };
+                measured.push(Measured { cell, rmse_pr: None, share, microseconds: None });
+            }
+            for rank in &asked.wanted {
+                let found = stream.found(rank);
+                for &iterations in &plan.iterations {
+                    let rmse_pr = found.rmse_pr.iter().find(|(n, _)| *n == iterations).and_then(|(_, rmse)| *rmse);
+                    let cell = cell(metric_name(&rank.metric), rank.threshold_pr, iterations);
+                    measured.push(Measured { cell, rmse_pr, share, microseconds: found.microseconds });
+                }
+            }
+        }
+        measured
     }
+}
 
+impl Plan {
     /// Every metric at every threshold.
-    fn ranks(&self) -> Vec<(f64, &MetricConfig, MetricConfig)> {
-        let thresholds = &self.plan.thresholds_pr;
-        let at = |metric| thresholds.iter().map(move |&t| (t, metric, at_threshold(metric, t)));
-        self.plan.metrics.iter().flat_map(at).collect()
+    fn ranks(&self) -> Vec<Rank> {
+        let thresholds = &self.thresholds_pr;
+        let at = |metric| thresholds.iter().map(move |&t| Rank { threshold_pr: t, metric: at_threshold(metric, t) });
+        self.metrics.iter().flat_map(at).collect()
+    }
+}
+
+/// One way to rank the poses of a stream.
+#[derive(Clone, PartialEq)]
+struct Rank {
+    threshold_pr: f64,
+    metric: MetricConfig,
+}
+
+/// What a rank's best poses are worth.
+struct Found {
+    rank: Rank,
+    /// For each number of iterations.
+    rmse_pr: Vec<(u64, Option<f64>)>,
+    microseconds: Option<f64>,
+}
+
+/// The poses of one estimator on one set of matches, and all who look at them.
+struct Stream {
+    config: PipelineConfig,
+    nuisance: Nuisance,
+    measured_on: MeasuredOn,
+    shows: Shows,
+    wanted: Vec<Rank>,
+    iterations: Vec<u64>,
+    share: InlierShare,
+    found: Vec<Found>,
+}
+
+impl Stream {
+    /// Whether the poses are the same ones. The number of iterations is part of the estimator: a metric that nobody wants
+    /// at many iterations is not to look at all of them.
+    fn is_same(&self, other: &Stream) -> bool {
+        let key = |s: &Stream| (s.config.estimator.clone(), s.config.frame.clone(), s.nuisance, s.measured_on, s.shows);
+        key(self) == key(other) && up_to_matches(&self.config) == up_to_matches(&other.config)
     }
 
-    fn built(&self, metric: &MetricConfig) -> Box<dyn Metric + '_> {
-        let clouds = Clouds { source: &self.surfaces.source, target: &self.surfaces.target };
-        metric.build(self.resolution, clouds)
+    /// Adds who else looks at the poses.
+    fn also(&mut self, other: Stream) {
+        let new_ranks = other.wanted.into_iter().filter(|rank| !self.wanted.contains(rank)).collect::<Vec<_>>();
+        self.wanted.extend(new_ranks);
+        let new_budgets = other.iterations.into_iter().filter(|n| !self.iterations.contains(n)).collect::<Vec<_>>();
+        self.iterations.extend(new_budgets);
+    }
+
+    fn found(&self, rank: &Rank) -> &Found {
+        self.found.iter().find(|found| found.rank == *rank).expect("all ranks were run")
+    }
+
+    fn run(&mut self, case: &Case) {
+        let evidence = stages::evidence(&case.surfaces, &case.matches, &self.config, case.resolution);
+        let truth = case.to_clean.inverse() * case.judge.centred();
+        self.share = inlier_share(&evidence, &truth, INLIER_WITHIN_PR * case.resolution);
+        let generator = self.config.estimator.build(&evidence, case.resolution, self.config.seed);
+        let clouds = Clouds { source: &case.surfaces.source, target: &case.surfaces.target };
+        let metrics: Vec<Box<dyn Metric>> =
+            self.wanted.iter().map(|rank| rank.metric.build(case.resolution, clouds)).collect();
+        let lent: Vec<&dyn Metric> = metrics.iter().map(AsRef::as_ref).collect();
+        self.found = match self.shows {
+            Shows::Accuracy => self.ranked(case, generator.as_ref(), &lent, &evidence),
+            Shows::Time => self.timed(generator.as_ref(), &lent, &evidence),
+            Shows::Inliers => Vec::new(),
+        };
+    }
+
+    fn ranked(
+        &self,
+        case: &Case,
+        generator: &dyn HypothesisGenerator,
+        metrics: &[&dyn Metric],
+        evidence: &Evidence,
+    ) -> Vec<Found> {
+        let keep = if self.iterations.len() == 1 { 1 } else { usize::MAX };
+        let rankings = sample_all(generator, metrics, evidence, keep);
+        let rmse_pr = |ranking: &[Hypothesis], iterations| {
+            best(ranking, iterations).and_then(|pose| case.judge.rmse_pr(&(case.to_clean * pose)))
+        };
+        let found = self.wanted.iter().zip(&rankings).map(|(rank, ranking)| Found {
+            rank: rank.clone(),
+            rmse_pr: self.iterations.iter().map(|&n| (n, rmse_pr(ranking, n))).collect(),
+            microseconds: None,
+        });
+        found.collect()
+    }
+
+    fn timed(&self, generator: &dyn HypothesisGenerator, metrics: &[&dyn Metric], evidence: &Evidence) -> Vec<Found> {
+        let poses: Vec<RigidTransform> =
+            (0..generator.trials()).filter_map(|trial| generator.propose(trial)).take(TIMED_POSES).collect();
+        let found = self.wanted.iter().zip(metrics).map(|(rank, metric)| Found {
+            rank: rank.clone(),
+            rmse_pr: Vec::new(),
+            microseconds: time_of(*metric, &poses, evidence),
+        });
+        found.collect()
     }
 }
 
@@ -209,85 +243,20 @@ fn best(ranked: &[Hypothesis], iterations: u64) -> Option<RigidTransform> {
     ranked.iter().find(|h| h.trial < iterations).map(|h| h.target_from_source)
 }
 
-/// Mean time for one pose of the stream in the fastest round, microseconds.
-fn time_of(metric: &dyn Metric, generator: &dyn HypothesisGenerator, evidence: &Evidence) -> Option<f64> {
-    let poses: Vec<RigidTransform> =
-        (0..generator.trials()).filter_map(|trial| generator.propose(trial)).take(TIMED_POSES).collect();
-    let round = |_| {
+/// Mean time for one pose in the fastest round, microseconds; nothing for no poses.
+fn time_of(metric: &dyn Metric, poses: &[RigidTransform], evidence: &Evidence) -> Option<f64> {
+    let round = |poses: &[RigidTransform]| {
         let start = Instant::now();
-        for pose in &poses {
+        for pose in poses {
             black_box(metric.score(evidence, pose));
         }
         start.elapsed().as_secs_f64() * 1e6 / poses.len() as f64
     };
+    let slow = round(poses.get(..1)?) > SLOW;
+    let poses = if slow { &poses[..TIMED_POSES_IF_SLOW.min(poses.len())] } else { poses };
     // A round of a fast metric is shorter than an interruption by another process.
-    (!poses.is_empty()).then(|| (0..TIMED_ROUNDS).map(round).fold(f64::INFINITY, f64::min))
+    Some((0..TIMED_ROUNDS).map(|_| round(poses)).fold(f64::INFINITY, f64::min))
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::experiment::Axis;
-    use congruent_estimators::{EstimatorConfig, OnePointConfig, RansacConfig};
-    use congruent_metrics::ThresholdConfig;
-    use congruent_simulation::pair::{PairOptions, figurine_pair};
-
-    fn plan() -> Plan {
-        Plan {
-            title: String::new(),
-            notes: vec![],
-            rows: Axis::Metric,
-            columns: Axis::Estimator,
-            variants: vec![],
-            nuisances: vec![Nuisance::None {}, Nuisance::Noise(0.2)],
-            estimators: vec![
-                EstimatorConfig::Ransac(RansacConfig::default()),
-                EstimatorConfig::OnePoint(OnePointConfig::default()),
-            ],
-            metrics: vec![
-                MetricConfig::Mse(ThresholdConfig::default()),
-                MetricConfig::InlierCount(ThresholdConfig::default()),
-            ],
-            thresholds_pr: vec![5.0, 7.5],
-            iterations: vec![1, 1000],
-            d_rmse: vec![2.5],
-            measured_on: MeasuredOn::Scans,
-            baseline: None,
-            timed: true,
-        }
-    }
-
-    #[test]
-    fn every_cell_is_measured_and_many_hypotheses_beat_one() {
-        let options = PairOptions { pixels: 150, view_angle: 0.3, ..PairOptions::default() };
-        let pair = figurine_pair(&options);
-        let scans = Pair { source: &pair.source, target: &pair.target };
-        let variants = [("v".to_owned(), PipelineConfig::default())];
-        let cells = run_pair(&plan(), &variants, scans, &pair.target_from_source).unwrap();
-        assert_eq!(cells.len(), 2 * 2 * 2 * 2 * 2);
-        let mse = |nuisance: &str, iterations| {
-            let found = cells.iter().find(|m| {
-                m.cell.nuisance == nuisance
-                    && m.cell.iterations == iterations
-                    && (m.cell.estimator, m.cell.metric, m.cell.threshold_pr) == ("RANSAC", "MSE", 7.5)
-            });
-            found.unwrap().clone()
-        };
-        // Also under noise, where the target's middle is another one.
-        for nuisance in ["none", "noise 0.2 pr"] {
-            let (one, all) = (mse(nuisance, 1), mse(nuisance, 1000));
-            assert!(all.rmse_pr.unwrap() < 5.0 && all.share.ratio() > 0.1, "{nuisance}: {all:?}");
-            assert!(one.rmse_pr.is_none_or(|rmse| rmse >= all.rmse_pr.unwrap()), "{one:?} {all:?}");
-            assert!(all.microseconds.unwrap() > 0.0);
-        }
-    }
-
-    #[test]
-    fn a_pair_without_shared_surface_is_a_problem() {
-        let pair = figurine_pair(&PairOptions { pixels: 60, ..PairOptions::default() });
-        let scans = Pair { source: &pair.source, target: &pair.target };
-        let away = RigidTransform::translation(1e4, 0.0, 0.0) * pair.target_from_source;
-        let variants = [("v".to_owned(), PipelineConfig::default())];
-        assert_eq!(run_pair(&plan(), &variants, scans, &away), Err(Problem::NotEvaluable { shared: 0 }));
-    }
-}
+mod tests;

@@ -1,243 +1,162 @@
-//! Results of all pairs, counted and laid out.
+//! Results of all pairs, counted.
 
-use super::{Axis, Cell, Measured, Plan};
+use super::{Axis, Cell, Measured, Plan, Shows};
 use crate::csv_line;
-use crate::statistics::{mcnemar, median, p_text, wilson};
+use crate::statistics::wilson;
 use std::collections::HashMap;
-use std::fmt::Write;
 
-/// All that an experiment measured, a column a cell.
+/// All that an experiment measured, a column a cell of a data set.
 #[derive(Default)]
 pub struct Tally {
-    cells: Vec<Cell>,
-    /// For each cell what each pair gave.
-    results: Vec<Vec<Measured>>,
+    pub(super) columns: Vec<Column>,
     places: HashMap<String, usize>,
-    pairs: usize,
+    /// With the number of pairs of each, in the order of their first pair.
+    pub(super) datasets: Vec<(String, usize)>,
 }
 
-/// A cell at one bound of a right pose.
-struct Entry {
-    values: [String; Axis::ALL.len()],
-    right: usize,
-    total: usize,
+/// A cell of a data set.
+pub(super) struct Column {
+    pub(super) dataset: String,
+    pub(super) cell: Cell,
+    /// What each pair gave.
+    pub(super) results: Vec<Measured>,
+}
+
+/// What all pairs of a data set came to in one cell, at one bound of a right pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Count {
+    /// Where the pairs come from.
+    pub dataset: String,
+    /// What was measured.
+    pub cell: Cell,
+    /// Bound of a right pose, `pr`.
+    pub d_rmse: f64,
+    /// Pairs below it.
+    pub right: usize,
+    /// All pairs.
+    pub total: usize,
+    /// Mean time for one pose, where it was measured.
+    pub microseconds: Option<f64>,
+}
+
+impl Count {
+    /// Share of right poses, percent; zero for no pairs.
+    #[must_use]
+    pub fn percent(&self) -> f64 {
+        100.0 * self.right as f64 / self.total.max(1) as f64
+    }
+
+    /// Where it stands on an axis, as tables write it.
+    #[must_use]
+    pub fn value(&self, axis: Axis) -> String {
+        match axis {
+            Axis::Dataset => self.dataset.clone(),
+            Axis::Variant => self.cell.variant.clone(),
+            Axis::Nuisance => self.cell.nuisance.clone(),
+            Axis::Estimator => self.cell.estimator.to_owned(),
+            Axis::Iterations => self.cell.iterations.to_string(),
+            Axis::Metric => self.cell.metric.to_owned(),
+            Axis::Threshold => self.cell.threshold_pr.to_string(),
+            Axis::DRmse => self.d_rmse.to_string(),
+        }
+    }
 }
 
 impl Tally {
-    /// Adds what one pair gave: every cell once.
-    pub fn add(&mut self, measured: Vec<Measured>) {
-        self.pairs += 1;
+    /// Adds what one pair of a data set gave: every cell once.
+    pub fn add(&mut self, dataset: &str, measured: Vec<Measured>) {
+        match self.datasets.iter_mut().find(|(name, _)| name == dataset) {
+            Some((_, pairs)) => *pairs += 1,
+            None => self.datasets.push((dataset.to_owned(), 1)),
+        }
         for one in measured {
-            let key = format!("{:?}", one.cell);
+            let key = format!("{dataset}\n{:?}", one.cell);
             let place = *self.places.entry(key).or_insert_with(|| {
-                self.cells.push(one.cell.clone());
-                self.results.push(Vec::new());
-                self.cells.len() - 1
+                let (dataset, cell) = (dataset.to_owned(), one.cell.clone());
+                self.columns.push(Column { dataset, cell, results: Vec::new() });
+                self.columns.len() - 1
             });
-            self.results[place].push(one);
+            self.columns[place].results.push(one);
         }
     }
 
-    /// How many pairs there were.
+    /// How many pairs there were in all data sets.
     #[must_use]
     pub fn pairs(&self) -> usize {
-        self.pairs
+        self.datasets.iter().map(|(_, pairs)| pairs).sum()
     }
 
-    /// One line for each cell and bound.
+    /// Every cell at every bound.
+    #[must_use]
+    pub fn counts(&self, plan: &Plan) -> Vec<Count> {
+        let of = |column: &Column, d_rmse: f64| Count {
+            dataset: column.dataset.clone(),
+            cell: column.cell.clone(),
+            d_rmse,
+            right: column.results.iter().filter(|m| is_right(m, d_rmse)).count(),
+            total: column.results.len(),
+            microseconds: mean(column.results.iter().filter_map(|m| m.microseconds)),
+        };
+        self.columns.iter().flat_map(|column| plan.d_rmse.iter().map(move |&d_rmse| of(column, d_rmse))).collect()
+    }
+
+    /// One line for each cell and bound; of an experiment on time, one for each cell; on inliers, one for each bin.
     #[must_use]
     pub fn csv(&self, plan: &Plan) -> String {
-        let names = [
-            "variant",
-            "nuisance",
-            "estimator",
-            "iterations",
-            "metric",
-            "threshold_pr",
-            "d_rmse",
-            "right",
-            "pairs",
-            "accuracy",
-            "low",
-            "high",
-        ];
-        let mut text = names.join(",") + "\n";
-        for entry in self.entries(plan) {
-            let (low, high) = wilson(entry.right, entry.total);
-            let accuracy = entry.right as f64 / entry.total.max(1) as f64;
-            let numbers = [accuracy, low, high].map(|v| format!("{v:.4}"));
-            let counts = [entry.right.to_string(), entry.total.to_string()];
-            text += &csv_line(entry.values.iter().chain(&counts).chain(&numbers));
+        match plan.shows {
+            Shows::Accuracy => self.accuracy_csv(plan),
+            Shows::Inliers => self.histogram_csv(),
+            Shows::Time => self.time_csv(plan),
+        }
+    }
+
+    fn accuracy_csv(&self, plan: &Plan) -> String {
+        let names = ["dataset", "variant", "nuisance", "estimator", "iterations", "metric", "threshold_pr", "d_rmse"];
+        let mut text = csv_line(names.into_iter().chain(["right", "pairs", "accuracy", "low", "high"])) + "\n";
+        for count in self.counts(plan) {
+            let (low, high) = wilson(count.right, count.total);
+            let numbers = [count.percent() / 100.0, low, high].map(|v| format!("{v:.4}"));
+            let counts = [count.right.to_string(), count.total.to_string()];
+            let values = Axis::ALL.map(|axis| count.value(axis));
+            text += &csv_line(values.iter().chain(&counts).chain(&numbers));
             text.push('\n');
         }
         text
     }
 
-    /// The title, the notes and the tables.
-    #[must_use]
-    pub fn markdown(&self, plan: &Plan, dataset: &str) -> String {
-        let mut text = format!("# {}\n\n{} pairs of {dataset}.\n", plan.title, self.pairs);
-        for note in &plan.notes {
-            text += &format!("\n* {note}");
-        }
-        text += "\n\n## Registration accuracy, %\n";
-        let entries = self.entries(plan);
-        text += &pivot(plan, &entries, &|entry: &Entry| {
-            format!("{:.1}", 100.0 * entry.right as f64 / entry.total.max(1) as f64)
-        });
-        text += &format!("\n95 % intervals are in the CSV; at half right they are {}.\n", half_width(self.pairs));
-        text += &self.inlier_table();
-        if plan.timed {
-            text += &self.time_table();
-        }
-        if let Some(baseline) = &plan.baseline {
-            text += &self.baseline_table(plan, baseline);
+    fn time_csv(&self, plan: &Plan) -> String {
+        let names = ["dataset", "variant", "nuisance", "estimator", "metric", "threshold_pr", "pairs", "microseconds"];
+        let mut text = csv_line(names) + "\n";
+        for count in self.counts(plan) {
+            let axes = [Axis::Dataset, Axis::Variant, Axis::Nuisance, Axis::Estimator, Axis::Metric, Axis::Threshold];
+            let time = count.microseconds.map_or(String::new(), |v| format!("{v:.4}"));
+            text += &csv_line(axes.map(|axis| count.value(axis)).into_iter().chain([count.total.to_string(), time]));
+            text.push('\n');
         }
         text
-    }
-
-    fn entries(&self, plan: &Plan) -> Vec<Entry> {
-        let mut entries = Vec::new();
-        for (cell, results) in self.cells.iter().zip(&self.results) {
-            for &d_rmse in &plan.d_rmse {
-                let right = results.iter().filter(|m| is_right(m, d_rmse)).count();
-                let values = Axis::ALL.map(|axis| value(cell, axis, d_rmse));
-                entries.push(Entry { values, right, total: results.len() });
-            }
-        }
-        entries
-    }
-
-    /// Median share of true matches, for each set of matches.
-    fn inlier_table(&self) -> String {
-        let mut text = "\n## True matches (within 5 pr of the chain)\n\n| matches of | median ratio | median count |\n|---|---:|---:|\n".to_owned();
-        let mut seen = Vec::new();
-        for (cell, results) in self.cells.iter().zip(&self.results) {
-            let name = format!("{}, {}", cell.variant, cell.nuisance);
-            if seen.contains(&name) {
-                continue;
-            }
-            let of = |f: &dyn Fn(&Measured) -> f64| median(&results.iter().map(f).collect::<Vec<_>>()).unwrap_or(0.0);
-            let (ratio, count) = (of(&|m| m.share.ratio()), of(&|m| m.share.inliers as f64));
-            text += &format!("| {name} | {:.1} % | {count:.0} |\n", 100.0 * ratio);
-            seen.push(name);
-        }
-        text
-    }
-
-    fn time_table(&self) -> String {
-        let mut text =
-            "\n## Time for one pose, one thread\n\n| estimator | metric | mean, microseconds |\n|---|---|---:|\n"
-                .to_owned();
-        for (cell, results) in self.cells.iter().zip(&self.results) {
-            let times: Vec<f64> = results.iter().filter_map(|m| m.microseconds).collect();
-            let mean = times.iter().sum::<f64>() / times.len().max(1) as f64;
-            writeln!(text, "| {} | {} | {mean:.2} |", cell.estimator, cell.metric).expect("a string can be written to");
-        }
-        text
-    }
-
-    /// Every metric against the baseline with the same of all else.
-    fn baseline_table(&self, plan: &Plan, baseline: &str) -> String {
-        let mut text = format!(
-            "\n## Against {baseline} (McNemar's exact test, two-sided)\n\n| case | metric | alone right | {baseline} alone right | p |\n|---|---|---:|---:|---:|\n"
-        );
-        for (cell, results) in self.cells.iter().zip(&self.results).filter(|(cell, _)| cell.metric != baseline) {
-            let of_baseline =
-                |other: &Cell| *other == Cell { metric: other.metric, ..cell.clone() } && other.metric == baseline;
-            let Some(place) = self.cells.iter().position(of_baseline) else { continue };
-            for &d_rmse in &plan.d_rmse {
-                let both = || results.iter().zip(&self.results[place]);
-                let alone = both().filter(|(a, b)| is_right(a, d_rmse) && !is_right(b, d_rmse)).count();
-                let other = both().filter(|(a, b)| !is_right(a, d_rmse) && is_right(b, d_rmse)).count();
-                let case = self.varying(plan, cell, d_rmse);
-                let p = p_text(mcnemar(alone, other));
-                text += &format!("| {case} | {} | {alone} | {other} | {p} |\n", cell.metric);
-            }
-        }
-        text
-    }
-
-    /// What tells a cell from its neighbours, without the metric.
-    fn varying(&self, plan: &Plan, cell: &Cell, d_rmse: f64) -> String {
-        let entries = self.entries(plan);
-        let varies = |i: &usize| entries.iter().any(|entry| entry.values[*i] != entries[0].values[*i]);
-        let places = (0..Axis::ALL.len()).filter(|i| Axis::ALL[*i] != Axis::Metric).filter(varies);
-        let parts: Vec<String> =
-            places.map(|i| format!("{} {}", Axis::ALL[i].name(), value(cell, Axis::ALL[i], d_rmse))).collect();
-        parts.join(", ")
     }
 }
 
-fn is_right(measured: &Measured, d_rmse: f64) -> bool {
+pub(super) fn is_right(measured: &Measured, d_rmse: f64) -> bool {
     measured.rmse_pr.is_some_and(|rmse| rmse < d_rmse)
 }
 
-fn value(cell: &Cell, axis: Axis, d_rmse: f64) -> String {
-    match axis {
-        Axis::Variant => cell.variant.clone(),
-        Axis::Nuisance => cell.nuisance.clone(),
-        Axis::Estimator => cell.estimator.to_owned(),
-        Axis::Iterations => cell.iterations.to_string(),
-        Axis::Metric => cell.metric.to_owned(),
-        Axis::Threshold => cell.threshold_pr.to_string(),
-        Axis::DRmse => d_rmse.to_string(),
-    }
-}
-
-fn half_width(pairs: usize) -> String {
-    let (low, high) = wilson(pairs / 2, pairs);
-    format!("{:.0} points to each side", 50.0 * (high - low))
-}
-
-/// One table of rows against columns for each combination of all else that varies.
-fn pivot(plan: &Plan, entries: &[Entry], shown: &dyn Fn(&Entry) -> String) -> String {
-    let place = |axis: Axis| Axis::ALL.iter().position(|a| *a == axis).expect("an axis is among all of them");
-    let (row, column) = (place(plan.rows), place(plan.columns));
-    let rest = |entry: &Entry| {
-        let others = (0..Axis::ALL.len()).filter(|i| *i != row && *i != column);
-        let varying = others.filter(|i| entries.iter().any(|e| e.values[*i] != entries[0].values[*i]));
-        varying.map(|i| format!("{} {}", Axis::ALL[i].name(), entry.values[i])).collect::<Vec<_>>().join(", ")
-    };
-    let mut text = String::new();
-    for table in distinct(entries.iter().map(&rest)) {
-        let inside: Vec<&Entry> = entries.iter().filter(|entry| rest(entry) == table).collect();
-        let columns = distinct(inside.iter().map(|entry| entry.values[column].clone()));
-        if !table.is_empty() {
-            text += &format!("\n### {table}\n");
-        }
-        let corner = format!("{} \\ {}", plan.rows.name(), plan.columns.name());
-        text += &format!("\n| {corner} | {} |\n|---|{}\n", columns.join(" | "), "---:|".repeat(columns.len()));
-        for name in distinct(inside.iter().map(|entry| entry.values[row].clone())) {
-            let at = |c: &String| inside.iter().find(|e| e.values[row] == name && e.values[column] == *c);
-            let line: Vec<String> = columns.iter().map(|c| at(c).map_or("-".to_owned(), |e| shown(e))).collect();
-            text += &format!("| {name} | {} |\n", line.join(" | "));
-        }
-    }
-    text
-}
-
-/// Each value once, in the order of its first appearance.
-fn distinct(values: impl Iterator<Item = String>) -> Vec<String> {
-    let mut seen = Vec::new();
-    for value in values {
-        if !seen.contains(&value) {
-            seen.push(value);
-        }
-    }
-    seen
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, n) = values.fold((0.0, 0), |(sum, n), value| (sum + value, n + 1));
+    (n > 0).then(|| sum / f64::from(n))
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::InlierShare;
     use crate::experiment::MeasuredOn;
 
-    fn plan() -> Plan {
+    pub(crate) fn plan() -> Plan {
         Plan {
             title: "Table".to_owned(),
             notes: vec!["a gap, settled".to_owned()],
+            shows: Shows::Accuracy,
             rows: Axis::Metric,
             columns: Axis::DRmse,
             variants: vec![],
@@ -249,28 +168,30 @@ mod tests {
             d_rmse: vec![1.0, 2.5],
             measured_on: MeasuredOn::Scans,
             baseline: Some("INLIER".to_owned()),
-            timed: false,
         }
     }
 
-    fn measured(estimator: &'static str, metric: &'static str, rmse_pr: f64) -> Measured {
-        let cell = Cell {
+    pub(crate) fn cell(estimator: &'static str, metric: &'static str) -> Cell {
+        Cell {
             variant: "v".to_owned(),
             nuisance: "none".to_owned(),
             estimator,
             iterations: 1000,
             metric,
             threshold_pr: 7.5,
-        };
-        let share = InlierShare { inliers: 1, matches: 4 };
-        Measured { cell, rmse_pr: Some(rmse_pr), share, microseconds: None }
+        }
     }
 
-    fn tally() -> Tally {
+    pub(crate) fn measured(estimator: &'static str, metric: &'static str, rmse_pr: f64) -> Measured {
+        let share = InlierShare { inliers: 1, matches: 4 };
+        Measured { cell: cell(estimator, metric), rmse_pr: Some(rmse_pr), share, microseconds: None }
+    }
+
+    pub(crate) fn tally() -> Tally {
         let mut tally = Tally::default();
         for (mse, inlier) in [(0.5, 2.0), (0.6, 3.0), (2.0, 9.0), (7.0, 2.0)] {
             let of = |estimator| [measured(estimator, "MSE", mse), measured(estimator, "INLIER", inlier)];
-            tally.add([of("RANSAC"), of("2SAC-GC")].concat());
+            tally.add("set", [of("RANSAC"), of("2SAC-GC")].concat());
         }
         tally
     }
@@ -279,19 +200,29 @@ mod tests {
     fn right_poses_are_counted_for_each_cell_and_bound() {
         let csv = tally().csv(&plan());
         assert_eq!(csv.lines().count(), 1 + 2 * 2 * 2);
-        assert!(csv.contains("v,none,RANSAC,1000,MSE,7.5,1,2,4,0.5000,0.1500,0.8500\n"), "{csv}");
-        assert!(csv.contains("v,none,RANSAC,1000,MSE,7.5,2.5,3,4,0.7500,"), "{csv}");
-        assert!(csv.contains("v,none,RANSAC,1000,INLIER,7.5,2.5,2,4,0.5000,"), "{csv}");
+        assert!(csv.contains("set,v,none,RANSAC,1000,MSE,7.5,1,2,4,0.5000,0.1500,0.8500\n"), "{csv}");
+        assert!(csv.contains("set,v,none,RANSAC,1000,MSE,7.5,2.5,3,4,0.7500,"), "{csv}");
+        assert!(csv.contains("set,v,none,RANSAC,1000,INLIER,7.5,2.5,2,4,0.5000,"), "{csv}");
     }
 
     #[test]
-    fn tables_show_rows_against_columns_and_the_rest_apart() {
-        let text = tally().markdown(&plan(), "set");
-        assert!(text.starts_with("# Table\n\n4 pairs of set.\n\n* a gap, settled\n"), "{text}");
-        assert!(text.contains("### estimator RANSAC\n\n| metric \\ d_rmse (pr) | 1 | 2.5 |"), "{text}");
-        assert!(text.contains("| MSE | 50.0 | 75.0 |\n| INLIER | 0.0 | 50.0 |\n"), "{text}");
-        assert!(text.contains("| v, none | 25.0 % | 1 |"), "{text}");
-        // At 2.5 pr: two pairs that MSE alone solves, one that INLIER alone solves.
-        assert!(text.contains("| estimator 2SAC-GC, d_rmse (pr) 2.5 | MSE | 2 | 1 | 1.0000 |"), "{text}");
+    fn data_sets_are_counted_apart() {
+        let mut tally = tally();
+        tally.add("other", vec![measured("RANSAC", "MSE", 9.0)]);
+        assert_eq!((tally.pairs(), tally.datasets.len()), (5, 2));
+        let counts = tally.counts(&plan());
+        let last = counts.last().unwrap();
+        assert_eq!((last.dataset.as_str(), last.right, last.total), ("other", 0, 1));
+        assert_eq!(counts.len(), 4 * 2 + 2);
+    }
+
+    #[test]
+    fn times_are_averaged() {
+        let mut tally = Tally::default();
+        for time in [2.0, 4.0] {
+            tally.add("set", vec![Measured { microseconds: Some(time), ..measured("RANSAC", "MSE", 1.0) }]);
+        }
+        let plan = Plan { shows: Shows::Time, d_rmse: vec![2.5], ..plan() };
+        assert!(tally.csv(&plan).ends_with("set,v,none,RANSAC,MSE,7.5,2,3.0000\n"), "{}", tally.csv(&plan));
     }
 }

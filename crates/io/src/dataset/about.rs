@@ -22,11 +22,27 @@ pub struct About {
     /// Where to get it.
     #[serde(default)]
     pub source: String,
+    /// Parts that are laid out alike, each in folders of its own: `{scene}` in `scans` and in the path of the truth stands
+    /// for their names.
+    #[serde(default)]
+    pub scenes: Vec<String>,
     /// Folder of the scans.
     #[serde(default = "scans")]
     pub scans: PathBuf,
+    /// Which pairs are the data set.
+    #[serde(default)]
+    pub pairs: PairsAbout,
     /// Where the true motions are.
     pub truth: TruthAbout,
+}
+
+/// Which of the pairs that have a truth are the data set.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct PairsAbout {
+    /// Those that share at least this much of their points under the truth, 0 to 1: the smaller of both directions.
+    #[serde(default)]
+    pub min_overlap: f64,
 }
 
 /// Where the true motions are and how they are written.
@@ -35,7 +51,7 @@ pub struct About {
 pub struct TruthAbout {
     /// How they are written.
     pub format: TruthFormat,
-    /// A file, or a folder for `xf-folder`.
+    /// A file, or a folder for `xf-folder` and `xf-views`.
     pub path: PathBuf,
     /// Where the truth gives no file names: what a scan is called, `{}` being its number or name.
     #[serde(default = "names")]
@@ -59,6 +75,8 @@ pub enum TruthFormat {
     StanfordConf,
     /// A file `SOURCE-TARGET.xf` for each pair, holding the matrix.
     XfFolder,
+    /// A file `SCAN.xf` for each scan, holding the matrix into a common frame; all pairs of scans.
+    XfViews,
 }
 
 impl About {
@@ -71,7 +89,9 @@ impl About {
             unit: String::new(),
             licence: String::new(),
             source: String::new(),
+            scenes: Vec::new(),
             scans: scans(),
+            pairs: PairsAbout::default(),
             truth: TruthAbout {
                 format: TruthFormat::PairsCsv,
                 path: "pairs.csv".into(),

@@ -65,6 +65,11 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     (1..).zip(text.lines().map(str::trim)).filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
 }
 
+/// What a line is called as a place.
+pub(super) fn at_line(line: usize) -> String {
+    format!("line {line}")
+}
+
 pub(super) fn number(token: &str, line: usize) -> Result<f64, DatasetFault> {
     let value = token.parse::<f64>().ok().filter(|value| value.is_finite());
     value.ok_or_else(|| DatasetFault::NotANumber { line, token: excerpt(token.as_bytes()) })

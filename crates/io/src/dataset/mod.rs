@@ -8,9 +8,10 @@ mod lines;
 mod pairs_csv;
 mod pose_list;
 mod stanford;
+mod views;
 mod xf_folder;
 
-pub use about::{About, TruthAbout, TruthFormat};
+pub use about::{About, PairsAbout, TruthAbout, TruthFormat};
 pub use lines::DatasetFault;
 pub use pairs_csv::{PairLine, pairs_csv};
 
@@ -33,15 +34,21 @@ pub struct Dataset {
     pub pairs: Vec<TruePair>,
     /// What is odd about the ground truth, for the user to read.
     pub warnings: Vec<String>,
+    /// Pairs whose truth cannot be used: a message for each, with file and line.
+    pub broken: Vec<String>,
+    /// Pairs that share less than this belong to the data set only where somebody asks for them.
+    pub min_overlap: f64,
 }
 
 /// Two scan files and the motion between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TruePair {
-    /// As the data set names it.
+    /// As the data set names it, after the name of its scene where there are scenes.
     pub source: String,
     /// As the data set names it.
     pub target: String,
+    /// Where the pair is named: file and line, or the file of a folder.
+    pub place: String,
     /// Where the source is.
     pub source_file: PathBuf,
     /// Where the target is.
@@ -52,10 +59,12 @@ pub struct TruePair {
     pub target_from_source: RigidTransform,
 }
 
-/// Reads a folder, or a `dataset.toml`. `data` is where the files are, if not beside the description.
+/// Reads a folder, or a `dataset.toml`. `data` is where the files are, if not beside the description. A pair that cannot be
+/// used does not spoil the others, nor does a scene that is not there.
 ///
 /// # Errors
-/// The description or the ground truth cannot be read or breaks its format. Scans are not opened.
+/// The description or the ground truth cannot be read or breaks its format, or not one pair can be used. Scans are not
+/// opened.
 pub fn read_dataset(path: &Path, data: Option<&Path>) -> Result<Dataset, IoError> {
     let description = if path.is_dir() { path.join("dataset.toml") } else { path.to_owned() };
     let about = if path.is_dir() && !description.exists() {
@@ -64,33 +73,80 @@ pub fn read_dataset(path: &Path, data: Option<&Path>) -> Result<Dataset, IoError
         About::parse(&text_of(&description)?).map_err(|fault| IoError::Dataset { path: description.clone(), fault })?
     };
     let root = data.unwrap_or_else(|| if path.is_dir() { path } else { path.parent().unwrap_or(Path::new("")) });
-    let place = root.join(&about.truth.path);
-    let faulty = |fault| IoError::Dataset { path: place.clone(), fault };
-    let truths = match about.truth.format {
-        TruthFormat::PairsCsv => pairs_csv::parse(&text_of(&place)?).map_err(faulty)?,
-        TruthFormat::PoseList => pose_list::parse(&text_of(&place)?).map_err(faulty)?,
-        TruthFormat::GtLog => gt_log::parse(&text_of(&place)?, &about.truth.names).map_err(faulty)?,
-        TruthFormat::StanfordConf => stanford::parse(&text_of(&place)?).map_err(faulty)?,
-        TruthFormat::XfFolder => xf_folder::read(&place, &about.truth.names)?,
-    };
-    Ok(dataset(about, root, truths))
+    let min_overlap = about.pairs.min_overlap;
+    let mut dataset =
+        Dataset { name: about.name.clone(), pairs: vec![], warnings: vec![], broken: vec![], min_overlap };
+    let scenes = if about.scenes.is_empty() { vec![None] } else { about.scenes.iter().map(Some).collect() };
+    let mut first_fault = None;
+    for scene in scenes {
+        let layout = Layout::new(&about, root, scene.map(String::as_str));
+        let listed = layout.listed(&about.truth).unwrap_or_else(|error| vec![Err(error)]);
+        for truth in listed {
+            match truth {
+                Ok(truth) => dataset.add(truth, &layout, about.truth.inverted),
+                Err(error) => {
+                    dataset.broken.push(error.to_string());
+                    first_fault = first_fault.or(Some(error));
+                }
+            }
+        }
+    }
+    match first_fault {
+        Some(fault) if dataset.pairs.is_empty() => Err(fault),
+        _ => Ok(dataset),
+    }
 }
 
-fn dataset(about: About, root: &Path, truths: Vec<Truth>) -> Dataset {
-    let folder = root.join(&about.scans);
-    let mut warnings = Vec::new();
-    let mut pairs = Vec::with_capacity(truths.len());
-    for Truth { source, target, overlap, motion: Motion { pose, skew } } in truths {
+/// Where the files of a data set are, or of one of its scenes.
+struct Layout {
+    scene: Option<String>,
+    scans: PathBuf,
+    truth: PathBuf,
+}
+
+impl Layout {
+    fn new(about: &About, root: &Path, scene: Option<&str>) -> Layout {
+        let place = |path: &Path| match scene {
+            Some(scene) => root.join(path.to_string_lossy().replace("{scene}", scene)),
+            None => root.join(path),
+        };
+        Layout { scene: scene.map(str::to_owned), scans: place(&about.scans), truth: place(&about.truth.path) }
+    }
+
+    fn listed(&self, about: &TruthAbout) -> Result<Listed<IoError>, IoError> {
+        let place = &self.truth;
+        let faulty = |fault| IoError::Dataset { path: place.clone(), fault };
+        let each = |listed: Listed| listed.into_iter().map(|truth| truth.map_err(faulty)).collect();
+        Ok(match about.format {
+            TruthFormat::PairsCsv => each(pairs_csv::parse(&text_of(place)?).map_err(faulty)?),
+            TruthFormat::PoseList => each(pose_list::parse(&text_of(place)?)),
+            TruthFormat::GtLog => each(gt_log::parse(&text_of(place)?, &about.names)),
+            TruthFormat::StanfordConf => each(stanford::parse(&text_of(place)?)),
+            TruthFormat::XfFolder => xf_folder::read_pairs(place, &about.names)?,
+            TruthFormat::XfViews => xf_folder::read_views(place, &about.names)?,
+        })
+    }
+
+    /// What a scan is called among all scenes.
+    fn name(&self, scan: String) -> String {
+        self.scene.as_ref().map_or(scan.clone(), |scene| format!("{scene}/{scan}"))
+    }
+}
+
+impl Dataset {
+    fn add(&mut self, truth: Truth, layout: &Layout, inverted: bool) {
+        let Truth { source, target, place, overlap, motion: Motion { pose, skew } } = truth;
+        let place = format!("{}: {place}", layout.truth.display());
         if skew > WARN_ABOVE {
-            warnings.push(format!(
-                "{source} to {target}: the true motion is {skew:.1e} away from a rigid one; the nearest rigid one is used"
+            self.warnings.push(format!(
+                "{place}: {source} to {target}: the true motion is {skew:.1e} away from a rigid one; the nearest rigid one is used"
             ));
         }
-        let target_from_source = if about.truth.inverted { pose.inverse() } else { pose };
-        let (source_file, target_file) = (folder.join(&source), folder.join(&target));
-        pairs.push(TruePair { source, target, source_file, target_file, overlap, target_from_source });
+        let target_from_source = if inverted { pose.inverse() } else { pose };
+        let (source_file, target_file) = (layout.scans.join(&source), layout.scans.join(&target));
+        let (source, target) = (layout.name(source), layout.name(target));
+        self.pairs.push(TruePair { source, target, place, source_file, target_file, overlap, target_from_source });
     }
-    Dataset { name: about.name, pairs, warnings }
 }
 
 fn text_of(path: &Path) -> Result<String, IoError> {
@@ -98,11 +154,16 @@ fn text_of(path: &Path) -> Result<String, IoError> {
     String::from_utf8(bytes).map_err(|_| IoError::Dataset { path: path.to_owned(), fault: DatasetFault::NotText })
 }
 
+/// What a ground truth lists: pairs, and what is wrong with those that cannot be used.
+type Listed<E = DatasetFault> = Vec<Result<Truth, E>>;
+
 /// One pair as the ground truth names it.
 #[derive(Clone, Debug, PartialEq)]
 struct Truth {
     source: String,
     target: String,
+    /// Where in the truth it is named: a line, or a file of the folder.
+    place: String,
     overlap: Option<f64>,
     motion: Motion,
 }
@@ -130,77 +191,4 @@ impl Motion {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use std::fs;
-    use tempfile::TempDir;
-
-    fn folder(files: &[(&str, &str)]) -> TempDir {
-        let folder = TempDir::new().unwrap();
-        for (name, text) in files {
-            let path = folder.path().join(name);
-            fs::create_dir_all(path.parent().unwrap()).unwrap();
-            fs::write(path, text).unwrap();
-        }
-        folder
-    }
-
-    const HEADER: &str = "source,target,overlap,r00,r01,r02,tx,r10,r11,r12,ty,r20,r21,r22,tz";
-
-    #[test]
-    fn a_plain_folder_is_a_data_set() {
-        let text = format!("{HEADER}\nb.ply,a.ply,0.25,0,-1,0,4,1,0,0,5,0,0,1,6\n");
-        let folder = folder(&[("pairs.csv", &text)]);
-        let dataset = read_dataset(folder.path(), None).unwrap();
-        let pair = &dataset.pairs[0];
-        assert_eq!((pair.source.as_str(), pair.target.as_str(), pair.overlap), ("b.ply", "a.ply", Some(0.25)));
-        assert_eq!(pair.source_file, folder.path().join("scans/b.ply"));
-        let image = pair.target_from_source * nalgebra_point(1.0, 0.0, 0.0);
-        assert!((image.coords - nalgebra_point(4.0, 6.0, 6.0).coords).norm() < 1e-12);
-        assert!(dataset.warnings.is_empty() && dataset.name == folder.path().file_name().unwrap().to_str().unwrap());
-    }
-
-    fn nalgebra_point(x: f64, y: f64, z: f64) -> nalgebra::Point3<f64> {
-        nalgebra::Point3::new(x, y, z)
-    }
-
-    #[test]
-    fn a_description_says_where_things_are_and_which_way_the_truth_maps() {
-        let toml = "name = 'set'\nunit = 'mm'\nlicence = 'free'\nsource = 'nowhere'\nscans = 'ply'\n\
-                    [truth]\nformat = 'pose-list'\npath = 'truth.txt'\ninverted = true\n";
-        let described = folder(&[("dataset.toml", toml)]);
-        let data = folder(&[("truth.txt", "a.ply b.ply 1 0 0 3 0 1 0 0 0 0 1 0 0 0 0 1\n")]);
-        let dataset = read_dataset(described.path(), Some(data.path())).unwrap();
-        assert_eq!(dataset.name, "set");
-        assert_eq!(dataset.pairs[0].target_file, data.path().join("ply/b.ply"));
-        assert_eq!(dataset.pairs[0].target_from_source.translation.vector.x, -3.0);
-        let missing = read_dataset(described.path(), None).unwrap_err().to_string();
-        assert!(missing.contains("truth.txt") && missing.contains("cannot be read"), "{missing}");
-    }
-
-    #[test]
-    fn skewed_truth_is_projected_with_a_warning_and_wild_truth_is_refused() {
-        let with = |r00: &str| format!("{HEADER}\nb.ply,a.ply,0.5,{r00},0,0,0,0,1,0,0,0,0,1,0\n");
-        let read = |text: &str| read_dataset(folder(&[("pairs.csv", text)]).path(), None);
-        assert!(read(&with("1.0005")).unwrap().warnings.is_empty());
-        let skewed = read(&with("1.002")).unwrap();
-        assert!(skewed.warnings[0].contains("b.ply to a.ply") && skewed.warnings[0].contains("2.0e-3"));
-        assert_eq!(skewed.pairs[0].target_from_source, RigidTransform::identity());
-        let refused = read(&with("3")).unwrap_err().to_string();
-        assert!(refused.contains("line 2") && refused.contains("rotation"), "{refused}");
-    }
-
-    #[test]
-    fn faults_name_file_line_and_way_out() {
-        for (file, text, expected) in [
-            ("pairs.csv", "source,target\n".to_owned(), "no column `overlap`"),
-            ("pairs.csv", format!("{HEADER}\nb,a,x,1,0,0,0,0,1,0,0,0,0,1,0\n"), "line 2: `x` is not a finite number"),
-            ("pairs.csv", format!("{HEADER}\nb,a,1\n"), "line 2: holds 3 fields"),
-            ("dataset.toml", "name = 'x'\nlicense = 'y'\n".to_owned(), "unknown field `license`"),
-        ] {
-            let folder = folder(&[(file, &text)]);
-            let message = read_dataset(folder.path(), None).unwrap_err().to_string();
-            assert!(message.contains(file) && message.contains(expected), "{message}");
-        }
-    }
-}
+mod tests;

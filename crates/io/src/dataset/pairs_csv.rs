@@ -1,7 +1,7 @@
 //! Our own list of pairs.
 
-use super::lines::{lines, number};
-use super::{DatasetFault, Motion, Truth};
+use super::lines::{at_line, lines, number};
+use super::{DatasetFault, Listed, Motion, Truth};
 use congruent_geometry::{RigidTransform, to_rows};
 
 const COLUMNS: [&str; 15] =
@@ -33,14 +33,15 @@ pub fn pairs_csv(pairs: &[PairLine]) -> String {
     text
 }
 
-pub(super) fn parse(text: &str) -> Result<Vec<Truth>, DatasetFault> {
+/// An empty overlap is one that is not known.
+pub(super) fn parse(text: &str) -> Result<Listed, DatasetFault> {
     let mut lines = lines(text);
     let header: Vec<&str> = lines.next().map_or("", |(_, line)| line).split(',').map(field).collect();
     let mut places = [0; COLUMNS.len()];
     for (place, missing) in places.iter_mut().zip(COLUMNS) {
         *place = header.iter().position(|name| *name == missing).ok_or(DatasetFault::Column { missing })?;
     }
-    lines.map(|(line, content)| pair(line, content, header.len(), &places)).collect()
+    Ok(lines.map(|(line, content)| pair(line, content, header.len(), &places)).collect())
 }
 
 fn field(text: &str) -> &str {
@@ -54,24 +55,27 @@ fn pair(line: usize, content: &str, width: usize, places: &[usize; COLUMNS.len()
         return Err(DatasetFault::Width { line, found: fields.len(), expected });
     }
     let at = |column: usize| fields[places[column]];
-    let numbers: Vec<f64> = (2..COLUMNS.len()).map(|column| number(at(column), line)).collect::<Result<_, _>>()?;
+    let overlap = if at(2).is_empty() { None } else { Some(number(at(2), line)?) };
+    let matrix: Vec<f64> = (3..COLUMNS.len()).map(|column| number(at(column), line)).collect::<Result<_, _>>()?;
     Ok(Truth {
         source: at(0).to_owned(),
         target: at(1).to_owned(),
-        overlap: Some(numbers[0]),
-        motion: Motion::new(&numbers[1..], line)?,
+        place: at_line(line),
+        overlap,
+        motion: Motion::new(&matrix, line)?,
     })
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::whole;
     use super::*;
 
     #[test]
     fn what_is_written_is_read_again() {
         let pose = RigidTransform::new(nalgebra::Vector3::new(0.1, -1e7, 3.3), nalgebra::Vector3::new(0.3, 1.0, -0.2));
         let line = PairLine { source: "b.ply".into(), target: "a.ply".into(), overlap: 0.25, target_from_source: pose };
-        let read = parse(&pairs_csv(&[line.clone(), line])).unwrap();
+        let read = whole(parse(&pairs_csv(&[line.clone(), line])).unwrap());
         assert_eq!(read.len(), 2);
         assert_eq!((read[1].source.as_str(), read[1].overlap), ("b.ply", Some(0.25)));
         assert!((read[1].motion.pose.to_homogeneous() - pose.to_homogeneous()).norm() < 1e-14);
@@ -82,9 +86,9 @@ mod tests {
         let mut names = COLUMNS.to_vec();
         names.reverse();
         names.push("note");
-        let text = format!("{}\n3,1,0,0,2,0,1,0,1,0,0,1,0.5,t.ply,s.ply,hello\n", names.join(","));
-        let read = parse(&text).unwrap();
-        assert_eq!((read[0].source.as_str(), read[0].target.as_str()), ("s.ply", "t.ply"));
+        let text = format!("{}\n3,1,0,0,2,0,1,0,1,0,0,1,,t.ply,s.ply,hello\n", names.join(","));
+        let read = whole(parse(&text).unwrap());
+        assert_eq!((read[0].source.as_str(), read[0].target.as_str(), read[0].overlap), ("s.ply", "t.ply", None));
         assert_eq!(read[0].motion.pose.translation.vector, nalgebra::Vector3::new(1.0, 2.0, 3.0));
     }
 }

@@ -1,9 +1,9 @@
 //! A line a pair: `source target m00 … m33`, parted by white space.
 
-use super::lines::{lines, numbers};
-use super::{DatasetFault, Motion, Truth};
+use super::lines::{at_line, lines, numbers};
+use super::{DatasetFault, Listed, Motion, Truth};
 
-pub(super) fn parse(text: &str) -> Result<Vec<Truth>, DatasetFault> {
+pub(super) fn parse(text: &str) -> Listed {
     lines(text)
         .map(|(line, content)| {
             let fields: Vec<&str> = content.split_whitespace().collect();
@@ -12,20 +12,27 @@ pub(super) fn parse(text: &str) -> Result<Vec<Truth>, DatasetFault> {
                 return Err(DatasetFault::Width { line, found: fields.len(), expected });
             }
             let motion = Motion::new(&numbers(&fields[2..], line)?, line)?;
-            Ok(Truth { source: fields[0].to_owned(), target: fields[1].to_owned(), overlap: None, motion })
+            Ok(Truth {
+                source: fields[0].to_owned(),
+                target: fields[1].to_owned(),
+                place: at_line(line),
+                overlap: None,
+                motion,
+            })
         })
         .collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::whole;
     use super::*;
 
     #[test]
     fn a_line_is_a_pair() {
-        let read = parse("a.xyz b.xyz 0 -1 0 7 1 0 0 8 0 0 1 9 0 0 0 1\n\n").unwrap();
+        let read = whole(parse("a.xyz b.xyz 0 -1 0 7 1 0 0 8 0 0 1 9 0 0 0 1\n\n"));
         assert_eq!((read[0].source.as_str(), read[0].target.as_str()), ("a.xyz", "b.xyz"));
         assert_eq!(read[0].motion.pose.translation.vector.y, 8.0);
-        assert!(matches!(parse("a b 1 2\n"), Err(DatasetFault::Width { line: 1, found: 4, .. })));
+        assert!(matches!(parse("a b 1 2\n")[..], [Err(DatasetFault::Width { line: 1, found: 4, .. })]));
     }
 }

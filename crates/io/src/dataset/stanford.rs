@@ -3,41 +3,35 @@
 //! A line is `bmesh FILE tx ty tz qx qy qz qw`. The quaternion is the conjugate of what the usual formula expects: a
 //! scan's points go into the common frame by the inverse of the rotation it spells.
 
-use super::lines::{lines, numbers};
-use super::{DatasetFault, Motion, Truth};
+use super::lines::{at_line, lines, numbers};
+use super::views::{View, all_pairs};
+use super::{DatasetFault, Listed};
 use congruent_geometry::RigidTransform;
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 
-/// All pairs of scans, each once, the later one as the source.
-pub(super) fn parse(text: &str) -> Result<Vec<Truth>, DatasetFault> {
-    let mut scans: Vec<(String, RigidTransform)> = Vec::new();
-    for (line, content) in lines(text) {
-        let fields: Vec<&str> = content.split_whitespace().collect();
-        if !matches!(fields[0], "bmesh" | "mesh") {
-            continue;
-        }
-        if fields.len() != 9 {
-            let expected = "a scan is `bmesh FILE tx ty tz qx qy qz qw`";
-            return Err(DatasetFault::Width { line, found: fields.len(), expected });
-        }
-        let numbers = numbers(&fields[2..], line)?;
-        let [tx, ty, tz, qx, qy, qz, qw] = numbers[..] else { unreachable!("nine fields less two") };
-        let spelt = UnitQuaternion::try_new(Quaternion::new(qw, qx, qy, qz), 1e-6);
-        let rotation = spelt.ok_or(DatasetFault::NotRigid { line })?.conjugate();
-        scans.push((fields[1].to_owned(), RigidTransform::from_parts(Translation3::new(tx, ty, tz), rotation)));
+/// All pairs of scans.
+pub(super) fn parse(text: &str) -> Listed {
+    let scans = lines(text).filter(|(_, content)| matches!(content.split_whitespace().next(), Some("bmesh" | "mesh")));
+    all_pairs(scans.map(|(line, content)| scan(line, content)))
+}
+
+fn scan(line: usize, content: &str) -> Result<View, DatasetFault> {
+    let fields: Vec<&str> = content.split_whitespace().collect();
+    if fields.len() != 9 {
+        let expected = "a scan is `bmesh FILE tx ty tz qx qy qz qw`";
+        return Err(DatasetFault::Width { line, found: fields.len(), expected });
     }
-    let mut truths = Vec::new();
-    for (i, (target, world_from_target)) in scans.iter().enumerate() {
-        for (source, world_from_source) in &scans[i + 1..] {
-            let motion = Motion { pose: world_from_target.inverse() * world_from_source, skew: 0.0 };
-            truths.push(Truth { source: source.clone(), target: target.clone(), overlap: None, motion });
-        }
-    }
-    Ok(truths)
+    let numbers = numbers(&fields[2..], line)?;
+    let [tx, ty, tz, qx, qy, qz, qw] = numbers[..] else { unreachable!("nine fields less two") };
+    let spelt = UnitQuaternion::try_new(Quaternion::new(qw, qx, qy, qz), 1e-6);
+    let rotation = spelt.ok_or(DatasetFault::NotRigid { line })?.conjugate();
+    let world_from_scan = RigidTransform::from_parts(Translation3::new(tx, ty, tz), rotation);
+    Ok(View { name: fields[1].to_owned(), place: at_line(line), world_from_scan, skew: 0.0 })
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::whole;
     use super::*;
     use nalgebra::{Point3, Vector3};
 
@@ -48,7 +42,7 @@ mod tests {
         let text = format!(
             "camera 0 0 0 0 0 0 1\nmesh a.ply 0 0 0 0 0 0 1\nbmesh b.ply 1 2 3 0 0 {half} {half}\nbmesh c.ply 0 0 1 0 0 0 1\n"
         );
-        let read = parse(&text).unwrap();
+        let read = whole(parse(&text));
         let names: Vec<_> = read.iter().map(|t| (t.source.as_str(), t.target.as_str())).collect();
         assert_eq!(names, [("b.ply", "a.ply"), ("c.ply", "a.ply"), ("c.ply", "b.ply")]);
         let image = read[0].motion.pose * Point3::new(1.0, 0.0, 0.0);
@@ -57,6 +51,6 @@ mod tests {
 
     #[test]
     fn a_quaternion_of_zeros_is_refused() {
-        assert_eq!(parse("bmesh a.ply 0 0 0 0 0 0 0\n"), Err(DatasetFault::NotRigid { line: 1 }));
+        assert_eq!(parse("bmesh a.ply 0 0 0 0 0 0 0\n"), [Err(DatasetFault::NotRigid { line: 1 })]);
     }
 }

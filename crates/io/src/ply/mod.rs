@@ -14,7 +14,7 @@ mod write;
 
 pub use fault::PlyFault;
 pub(crate) use write::encode;
-pub use write::write_ply;
+pub use write::{write_coloured_ply, write_ply};
 
 use ascii::Ascii;
 use binary::Binary;

@@ -1,9 +1,10 @@
-//! What a user may say about choosing among poses, refining the chosen one, and believing it.
+//! What a user may say about choosing among poses, and believing the chosen one.
 
+use crate::Calibration;
 use congruent_descriptors::DescriptorConfig;
+use congruent_estimators::EstimatorConfig;
 use congruent_geometry::Length;
 use congruent_metrics::DenseRule;
-use congruent_refinement::PointToPlane;
 use serde::{Deserialize, Serialize};
 
 /// The poses that outlive the correspondences.
@@ -56,32 +57,6 @@ pub struct DenseConfig {
     pub rounds: usize,
 }
 
-/// What is done to the chosen pose.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum RefinementConfig {
-    /// Nothing.
-    None {},
-    /// Point-to-plane ICP of the source as it came.
-    PointToPlane(PointToPlaneConfig),
-}
-
-/// Settings of `[refinement.point-to-plane]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
-pub struct PointToPlaneConfig {
-    /// Pairs farther apart are ignored at first …
-    pub start_radius: Length,
-    /// … and at the end.
-    pub end_radius: Length,
-    /// At most so many rounds.
-    pub rounds: usize,
-    /// Points of the source that are used.
-    pub points: usize,
-    /// Normals must agree at least so well (cosine).
-    pub min_normal_cosine: f64,
-}
-
 /// When a pose is believed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -114,9 +89,12 @@ pub struct DenseVerdictConfig {
     pub min_stiffness: f64,
     /// A really different pose with more than this share of the best score makes the answer ambiguous.
     pub rival_score: f64,
+    /// Coefficients of the confidence, as `congruent calibrate` writes them; those that come with the program if not given.
+    #[serde(skip_serializing_if = "Calibration::is_default")]
+    pub calibration: Calibration,
 }
 
-/// One more attempt, with more effort or with other assumptions. What is left out stays as in the first attempt.
+/// One more attempt, with other effort or other assumptions. What is left out stays as in the first attempt.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct EscalationStep {
@@ -134,6 +112,9 @@ pub struct EscalationStep {
     /// Another descriptor: its poses compete with those of the first, its matches are never mixed with them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub descriptor: Option<DescriptorConfig>,
+    /// Another estimator, or the same with other settings.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimator: Option<EstimatorConfig>,
 }
 
 /// The signs of the normals in one attempt.
@@ -199,31 +180,6 @@ impl DenseConfig {
     }
 }
 
-impl Default for PointToPlaneConfig {
-    fn default() -> Self {
-        PointToPlaneConfig {
-            start_radius: Length::Resolutions(3.0),
-            end_radius: Length::Resolutions(1.5),
-            rounds: 20,
-            points: 15_000,
-            min_normal_cosine: 0.5,
-        }
-    }
-}
-
-impl PointToPlaneConfig {
-    pub(crate) fn build(&self, resolution: f64) -> PointToPlane {
-        PointToPlane {
-            start_radius: self.start_radius.resolve(resolution),
-            end_radius: self.end_radius.resolve(resolution),
-            iterations: self.rounds,
-            max_points: self.points,
-            min_normal_cosine: self.min_normal_cosine,
-            tolerance: 0.002 * resolution,
-        }
-    }
-}
-
 impl Default for VerdictConfig {
     fn default() -> Self {
         VerdictConfig::Dense(DenseVerdictConfig::default())
@@ -242,6 +198,11 @@ impl Default for AContrarioConfig {
 
 impl Default for DenseVerdictConfig {
     fn default() -> Self {
-        DenseVerdictConfig { min_confidence: 0.6, min_stiffness: MIN_STIFFNESS, rival_score: 0.8 }
+        DenseVerdictConfig {
+            min_confidence: 0.6,
+            min_stiffness: MIN_STIFFNESS,
+            rival_score: 0.8,
+            calibration: Calibration::default(),
+        }
     }
 }

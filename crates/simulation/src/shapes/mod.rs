@@ -3,12 +3,14 @@
 //! [`figurine`] has no symmetry and relief at several scales, so that partial views of it can be registered. The others
 //! are the symmetric shapes on which registration has no unique answer, and [`room`] is a scene seen from within.
 
+mod building;
 mod figurine;
 mod isosurface;
 mod room;
 mod round;
 mod solid;
 
+pub use building::{corridor, facade};
 pub use figurine::{FIGURINE_HEIGHT, figurine};
 pub use room::{ROOM_SIZE, room};
 pub use round::{bowl, cylinder, sphere};

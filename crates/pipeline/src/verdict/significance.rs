@@ -5,12 +5,9 @@
 //! with a matched target point that fall together. So a pose that lays a plane on a plane, where much falls together
 //! by itself, is held to a higher count.
 
-use crate::chain::Chosen;
-use crate::ranking::Ranked;
-use crate::{AContrarioConfig, DenseVerdictConfig, Failure, VerdictConfig};
-use congruent_geometry::{Length, RigidTransform};
+use crate::{AContrarioConfig, Failure};
+use congruent_geometry::RigidTransform;
 use congruent_metrics::Evidence;
-use congruent_refinement::Hold;
 use nalgebra::Point3;
 
 /// Correspondences that made the pose and so fit it anyway.
@@ -18,6 +15,7 @@ const SAMPLE_SIZE: usize = 3;
 
 /// What the test says.
 pub(crate) struct Significance {
+    /// Correspondences that agree with the pose.
     pub(crate) inliers: usize,
     /// Decimal logarithm of the expected number of random poses this good.
     pub(crate) log10_false_alarms: f64,
@@ -51,106 +49,6 @@ impl Significance {
             log10_false_alarms: self.log10_false_alarms,
         });
         (1.0 / (1.0 + 10f64.powf(-margin)), doubt)
-    }
-}
-
-/// What speaks for and against an answer.
-pub(crate) struct Evident<'a> {
-    pub(crate) chosen: &'a Chosen,
-    pub(crate) significance: &'a Significance,
-    pub(crate) hold: Hold,
-    /// `pr`, data units.
-    pub(crate) resolution: f64,
-}
-
-/// What is thought of an answer.
-pub(crate) struct Judgement {
-    /// 0 to 1; attempts are compared by it.
-    pub(crate) confidence: f64,
-    /// Why it is not believed.
-    pub(crate) doubt: Option<Failure>,
-    /// Other poses, between the centred clouds, that are nearly as good; the answer is then ambiguous.
-    pub(crate) rivals: Vec<Ranked>,
-}
-
-impl VerdictConfig {
-    /// Residuals below it are inliers.
-    pub(crate) fn inlier_threshold(&self) -> Length {
-        match self {
-            VerdictConfig::AContrario(c) => c.inlier_threshold,
-            VerdictConfig::Dense(_) => AContrarioConfig::default().inlier_threshold,
-        }
-    }
-
-    pub(crate) fn judge(&self, evident: &Evident<'_>) -> Judgement {
-        match (self, &evident.chosen.ranked) {
-            (VerdictConfig::AContrario(config), _) => {
-                evident.judged(evident.significance.judge(config), config.min_stiffness, 1.0)
-            }
-            (VerdictConfig::Dense(config), Some(ranked)) => {
-                evident.judged(config.judge(ranked, evident), config.min_stiffness, config.rival_score)
-            }
-            // Without a dense ranking there is only chance to compare with.
-            (VerdictConfig::Dense(config), None) => {
-                evident.judged(evident.significance.judge(&AContrarioConfig::default()), config.min_stiffness, 1.0)
-            }
-        }
-    }
-}
-
-impl Evident<'_> {
-    /// A pose that the surfaces do not hold is not believed, however well they lie on each other.
-    fn judged(&self, (confidence, doubt): (f64, Option<Failure>), min_stiffness: f64, rival_score: f64) -> Judgement {
-        let n_free = self.hold.n_free(min_stiffness);
-        let doubt = doubt.or((n_free > 0).then_some(Failure::Sliding {
-            n_free,
-            stiffness: self.hold.stiffness[0],
-            needed: min_stiffness,
-        }));
-        let best = self.chosen.ranked.map_or(f64::INFINITY, |ranked| ranked.score.value());
-        let rivals =
-            self.chosen.others.iter().filter(|other| other.score.value() > rival_score * best).copied().collect();
-        Judgement {
-            confidence: if n_free > 0 { confidence.min(SLIDING_CONFIDENCE) } else { confidence },
-            doubt,
-            rivals,
-        }
-    }
-}
-
-/// Confidence in a pose that the geometry leaves open.
-const SLIDING_CONFIDENCE: f64 = 0.1;
-
-/// Logistic model of a right answer, fitted to 78 right low-overlap registrations and 98 wrong ones (other objects, other
-/// rooms) of six sensors. Five-fold cross-validation at a confidence of 0.6: 72 of 78 believed, none of 98.
-const INTERCEPT: f64 = 5.71;
-/// Per natural logarithm of the dense score.
-const PER_LN_SCORE: f64 = 1.41;
-/// Per power of ten by which random poses are excluded, counted from three too many to ten too few.
-const PER_POWER_OF_TEN: f64 = 0.29;
-const POWERS_OF_TEN: [f64; 2] = [-3.0, 10.0];
-/// Per `pr` of mean distance between the surfaces where they overlap, up to two.
-const PER_RESIDUAL: f64 = -4.95;
-const MAX_RESIDUAL: f64 = 2.0;
-
-impl DenseVerdictConfig {
-    /// Confidence and doubt, from how the surfaces lie on each other and how far beyond chance the inliers are.
-    fn judge(&self, ranked: &Ranked, evident: &Evident<'_>) -> (f64, Option<Failure>) {
-        let residual = (ranked.agreement.residual / evident.resolution).min(MAX_RESIDUAL);
-        let evidence = INTERCEPT
-            + PER_LN_SCORE * ranked.score.value().max(1e-3).ln()
-            + PER_POWER_OF_TEN * (-evident.significance.log10_false_alarms).clamp(POWERS_OF_TEN[0], POWERS_OF_TEN[1])
-            + PER_RESIDUAL * residual;
-        let confidence = 1.0 / (1.0 + (-evidence).exp());
-        let doubt = (confidence < self.min_confidence).then_some(Failure::PoorFit {
-            confidence,
-            needed: self.min_confidence,
-            overlap: ranked.agreement.overlap,
-            residual,
-            contradictions: ranked.agreement.hover + ranked.agreement.occlusion,
-            inliers: evident.significance.inliers,
-        });
-        (confidence, doubt)
     }
 }
 

@@ -1,6 +1,8 @@
 //! A picture of two scans before and after they were aligned: one SVG file that any browser opens.
 
-use congruent_geometry::{RawScan, RigidTransform};
+use crate::{SOURCE, TARGET};
+use congruent_geometry::RigidTransform;
+use congruent_pipeline::Pair;
 use nalgebra::{Point3, Vector3};
 use std::fmt::Write;
 
@@ -9,35 +11,32 @@ const SIDE: f64 = 420.0;
 const MARGIN: f64 = 18.0;
 /// Points drawn of each scan, spread evenly.
 const POINTS: usize = 5000;
-const SOURCE_COLOUR: &str = "#d9730d";
-const TARGET_COLOUR: &str = "#1f6fb4";
 
-/// Draws two scans that are each in their sensor's frame: the target with the source as it came, and with the source moved by `target_from_source`.
-pub(crate) fn before_and_after(source: &RawScan, target: &RawScan, target_from_source: &RigidTransform) -> String {
-    let (source, target) = (drawn(source), drawn(target));
-    let moved: Vec<Point3<f64>> = source.iter().map(|p| target_from_source * p).collect();
+/// Draws two scans that are each in their sensor's frame: the target with the source as it came, and, where there is a pose,
+/// with the source moved by it. Points that are not finite are left out.
+#[must_use]
+pub fn before_and_after(scans: Pair<&[[f64; 3]]>, target_from_source: Option<&RigidTransform>) -> String {
+    let Pair { source, target } = scans.map(|points| drawn(points));
     let view = View::of(&target);
+    let panels = if target_from_source.is_some() { 2.0 } else { 1.0 };
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"sans-serif\" font-size=\"15\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
-        2.0 * SIDE,
+        panels * SIDE,
         SIDE + 30.0
     );
     // Before, each scan is drawn about its own middle: their frames have nothing to do with each other.
-    panel(
-        &mut svg,
-        0.0,
-        "as scanned",
-        &[(&target, TARGET_COLOUR), (&centred_on(&source, &target), SOURCE_COLOUR)],
-        &view,
-    );
-    panel(&mut svg, SIDE, "aligned", &[(&target, TARGET_COLOUR), (&moved, SOURCE_COLOUR)], &view);
+    panel(&mut svg, 0.0, "as scanned", &[(&target, TARGET), (&centred_on(&source, &target), SOURCE)], &view);
+    if let Some(pose) = target_from_source {
+        let moved: Vec<Point3<f64>> = source.iter().map(|p| pose * p).collect();
+        panel(&mut svg, SIDE, "aligned", &[(&target, TARGET), (&moved, SOURCE)], &view);
+    }
     svg.push_str("</svg>\n");
     svg
 }
 
-fn drawn(scan: &RawScan) -> Vec<Point3<f64>> {
+fn drawn(points: &[[f64; 3]]) -> Vec<Point3<f64>> {
     let finite: Vec<Point3<f64>> =
-        scan.points.iter().filter(|p| p.iter().all(|v| v.is_finite())).map(|p| Point3::from(*p)).collect();
+        points.iter().filter(|p| p.iter().all(|v| v.is_finite())).map(|p| Point3::from(*p)).collect();
     finite.iter().step_by(finite.len().div_ceil(POINTS).max(1)).copied().collect()
 }
 

@@ -1,0 +1,63 @@
+//! `reconstruct`: many scans into one frame.
+
+use super::batch::{bytes, duration};
+use super::{BatchArgs, PairChoice, RunArgs};
+use clap::Args as ClapArgs;
+use std::path::PathBuf;
+use std::time::Duration;
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct ReconstructArgs {
+    /// A folder of scans, or one with scans/
+    pub(crate) folder: PathBuf,
+    /// Where to write poses.csv, an .xf for each scan, graph.g2o, model-1.ply …, report.html, and the rows of the pairs
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// Which pairs are registered; all of up to 40 scans, else auto
+    #[arg(long, value_name = "CHOICE")]
+    pub(crate) pairs: Option<PairChoice>,
+    /// For --pairs auto: with how many of the most similar scans each one is paired
+    #[arg(long, value_name = "K", default_value = "8")]
+    neighbors: u32,
+    /// Thin the merged clouds with cells of this side, data units
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    pub(crate) voxel: Option<f64>,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Go on with a run that was stopped; pairs that are there are kept
+    #[arg(long)]
+    resume: bool,
+    /// Give a pair up that takes longer, in seconds or as 90s, 5m, 1h
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    time_limit: Option<Duration>,
+    /// Memory for running pairs and remembered descriptors, about; in bytes or as 500M, 4G
+    #[arg(long, value_name = "SIZE", default_value = "1G", value_parser = bytes)]
+    memory: u64,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+impl ReconstructArgs {
+    /// The batch that registers the pairs.
+    pub(crate) fn batch(&self, pairs: PairChoice) -> BatchArgs {
+        BatchArgs {
+            input: self.folder.clone(),
+            output: self.output.clone(),
+            pairs: Some(pairs),
+            sequential: false,
+            neighbors: (pairs == PairChoice::Auto).then_some(self.neighbors),
+            data: None,
+            resume: self.resume,
+            shard: "1/1".parse().expect("the whole is a share"),
+            time_limit: self.time_limit,
+            memory: self.memory,
+            run: self.run.clone(),
+        }
+    }
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    let length = text.trim_end_matches('u').parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
+    length.ok_or_else(|| "write a length above zero in data units, as in 0.5 or 0.5u".to_owned())
+}

@@ -1,0 +1,42 @@
+//! The parts of a batch that was run with `--shard`, joined.
+
+use super::results::{CONFIGURATION, ROWS, Run, put, read_rows};
+use crate::args::MergeArgs;
+use crate::output;
+use anyhow::{Context, Result, bail};
+use congruent_io::write_file;
+use std::collections::HashSet;
+use std::process::ExitCode;
+
+/// Joins the folders of shards into one. Nothing is written unless all pairs are there.
+pub(crate) fn merge(args: &MergeArgs) -> Result<ExitCode> {
+    let first = Run::read(&args.parts[0])?;
+    let (mut rows, mut ids) = (Vec::new(), HashSet::new());
+    for part in &args.parts {
+        if let Some(difference) = first.difference(&Run::read(part)?) {
+            bail!("{}: is not of the same run as {}: {difference}", part.display(), args.parts[0].display());
+        }
+        for row in read_rows(&part.join(ROWS))? {
+            if !ids.insert(row.id.clone()) {
+                bail!("{}: the pair `{}` is in two parts; name each shard once", part.display(), row.id);
+            }
+            rows.push(row);
+        }
+    }
+    if ids.len() < first.pairs {
+        let (there, all) = (ids.len(), first.pairs);
+        bail!("{there} of {all} pairs are there; name the other shards too, or finish them with --resume");
+    }
+    let folder = &args.output;
+    if folder.join(ROWS).exists() {
+        bail!("{}: there are results already; take another folder", folder.display());
+    }
+    let settings = args.parts[0].join(CONFIGURATION);
+    let text = std::fs::read(&settings).with_context(|| format!("{}: cannot be read", settings.display()))?;
+    std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot be created", folder.display()))?;
+    write_file(&folder.join(CONFIGURATION), &text)?;
+    first.whole().write(folder)?;
+    let summary = put(folder, rows)?;
+    output::remark(&summary.text(folder));
+    Ok(ExitCode::from(u8::from(summary.errors > 0)))
+}

@@ -1,0 +1,239 @@
+//! A table of pairs: CSV with a header, JSONL, and, where it was built in, Parquet.
+
+use anyhow::{Result, anyhow, bail};
+use congruent_geometry::{RigidTransform, from_rows};
+use std::path::Path;
+
+/// A true pose farther from a rigid motion than this (Frobenius norm) is worth a warning …
+const WARN_ABOVE: f64 = 1e-3;
+/// … and one farther than this is none: the same bounds as for a data set.
+const REFUSE_ABOVE: f64 = 0.1;
+/// Names of the columns of a true pose: the upper three rows of the matrix.
+const TRUTH: [&str; 12] = ["r00", "r01", "r02", "tx", "r10", "r11", "r12", "ty", "r20", "r21", "r22", "tz"];
+/// Those of them that nothing else is called.
+const ROTATION: char = 'r';
+
+/// A pair, as a table has it.
+#[derive(Debug)]
+pub(super) struct Line {
+    pub(super) id: Option<String>,
+    pub(super) source: String,
+    pub(super) target: String,
+    pub(super) truth: Option<RigidTransform>,
+    /// The matrix of the truth was not quite rigid.
+    is_skewed: bool,
+}
+
+/// Rows of text under named columns.
+pub(super) struct Columns {
+    pub(super) names: Vec<String>,
+    /// With their numbers, counted from one; as many fields as names. Empty ones hold nothing.
+    pub(super) rows: Vec<(usize, Vec<String>)>,
+}
+
+/// The pairs, and what is odd about them.
+pub(super) fn read(path: &Path) -> Result<(Vec<Line>, Vec<String>)> {
+    let is = |extension: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
+    let lines = if is("parquet") {
+        parquet(path).and_then(|columns| pairs(&columns))
+    } else {
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| anyhow!("{}: cannot be read as a folder or a table of pairs: {error}", path.display()))?;
+        let text = text.trim_start_matches('\u{feff}');
+        if is("jsonl") { jsonl(text) } else { csv(text).and_then(|columns| pairs(&columns)) }
+    };
+    let lines = lines.map_err(|error| anyhow!("{}: {error}", path.display()))?;
+    let n_skewed = lines.iter().filter(|line| line.is_skewed).count();
+    let remark = format!(
+        "{}: {n_skewed} true poses are more than {WARN_ABOVE} away from a rigid motion; the nearest rigid one is used",
+        path.display()
+    );
+    Ok((lines, Vec::from_iter((n_skewed > 0).then_some(remark))))
+}
+
+#[cfg(feature = "parquet")]
+fn parquet(path: &Path) -> Result<Columns> {
+    let mut wanted = vec!["source", "target", "id"];
+    wanted.extend(TRUTH);
+    super::parquet::read(path, &wanted)
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet(_: &Path) -> Result<Columns> {
+    bail!(
+        "this program was built without Parquet; build it with --features parquet, or write the table as CSV or JSONL"
+    )
+}
+
+fn csv(text: &str) -> Result<Columns> {
+    let mut rows = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
+    let (_, header) =
+        rows.next().ok_or_else(|| anyhow!("is empty; name the columns source,target in the first line"))?;
+    let names: Vec<String> = fields(header).iter().map(|name| name.to_ascii_lowercase()).collect();
+    let row = |(number, line): (usize, &str)| {
+        let fields = fields(line);
+        if fields.len() != names.len() {
+            bail!("line {number}: holds {} fields, the header names {}", fields.len(), names.len());
+        }
+        Ok((number, fields))
+    };
+    let rows = rows.map(row).collect::<Result<_>>()?;
+    Ok(Columns { names, rows })
+}
+
+fn pairs(Columns { names, rows }: &Columns) -> Result<Vec<Line>> {
+    let column = |wanted: &str| names.iter().position(|name| name == wanted);
+    let needed = |wanted: &str| {
+        column(wanted).ok_or_else(|| anyhow!("there is no column `{wanted}` among `{}`", names.join(",")))
+    };
+    let (source, target, id) = (needed("source")?, needed("target")?, column("id"));
+    let has_truth = TRUTH.iter().any(|name| name.starts_with(ROTATION) && column(name).is_some());
+    let truth: Vec<usize> = if has_truth { TRUTH.into_iter().map(needed).collect::<Result<_>>()? } else { Vec::new() };
+    let row = |(number, fields): &(usize, Vec<String>)| {
+        let text = |at: usize| fields[at].clone();
+        let truth = pose(&truth.iter().map(|&at| fields[at].as_str()).collect::<Vec<_>>(), *number)?;
+        line((text(source), text(target), id.map(text)), truth, *number)
+    };
+    rows.iter().map(row).collect()
+}
+
+/// From the upper three rows; nothing where none is given.
+fn pose(fields: &[&str], line: usize) -> Result<Option<Pose>> {
+    if fields.iter().all(|field| field.is_empty()) {
+        return Ok(None);
+    }
+    let number = |field: &&str| {
+        field.parse::<f64>().map_err(|_| anyhow!("line {line}: the true pose: `{field}` is not a number"))
+    };
+    let numbers = fields.iter().map(number).collect::<Result<Vec<f64>>>()?;
+    rigid(&numbers, line).map(Some)
+}
+
+fn jsonl(text: &str) -> Result<Vec<Line>> {
+    #[derive(serde::Deserialize)]
+    struct Object {
+        id: Option<String>,
+        source: String,
+        target: String,
+        truth: Option<[[f64; 4]; 4]>,
+    }
+    let rows = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty());
+    rows.map(|(number, text)| {
+        let Object { id, source, target, truth } =
+            serde_json::from_str(text).map_err(|error| anyhow!("line {number}: {error}"))?;
+        let truth = truth.map(|rows| rigid(rows[..3].as_flattened(), number)).transpose()?;
+        line((source, target, id), truth, number)
+    })
+    .collect()
+}
+
+fn line((source, target, id): (String, String, Option<String>), truth: Option<Pose>, number: usize) -> Result<Line> {
+    if source.is_empty() || target.is_empty() || id.as_ref().is_some_and(String::is_empty) {
+        bail!("line {number}: source, target and id may not be empty");
+    }
+    Ok(Line { id, source, target, truth: truth.map(|t| t.nearest), is_skewed: truth.is_some_and(|t| t.is_skewed) })
+}
+
+#[derive(Clone, Copy)]
+struct Pose {
+    nearest: RigidTransform,
+    is_skewed: bool,
+}
+
+/// From the upper three rows.
+fn rigid(numbers: &[f64], line: usize) -> Result<Pose> {
+    let row = |i: usize| std::array::from_fn(|j| numbers[4 * i + j]);
+    let rows = [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]];
+    let nearest = from_rows(&rows, REFUSE_ABOVE)
+        .ok_or_else(|| anyhow!("line {line}: the true pose is no rigid motion; remove scale, shear and mirroring"))?;
+    Ok(Pose { nearest, is_skewed: from_rows(&rows, WARN_ABOVE).is_none() })
+}
+
+/// The fields of a CSV line; one in double quotes may hold commas, and quotes written twice.
+pub(super) fn fields(line: &str) -> Vec<String> {
+    let mut all = vec![String::new()];
+    let mut quoted = false;
+    let mut characters = line.trim_end_matches('\r').chars().peekable();
+    while let Some(c) = characters.next() {
+        let last = all.last_mut().expect("there is always a field");
+        match c {
+            '"' if quoted && characters.peek() == Some(&'"') => {
+                characters.next();
+                last.push('"');
+            }
+            '"' => quoted = !quoted,
+            ',' if !quoted => all.push(String::new()),
+            _ => last.push(c),
+        }
+    }
+    all.iter_mut().for_each(|field| *field = field.trim().to_owned());
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const IDENTITY: &str = "source,target,r00,r01,r02,tx,r10,r11,r12,ty,r20,r21,r22,tz\na,b,1,0,0,5,0,1,0,0,0,0,1,0\n";
+
+    /// As a file that is there.
+    fn lines(name: &str, text: &str) -> Result<(Vec<Line>, Vec<String>)> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        read(&path)
+    }
+
+    #[test]
+    fn fields_may_be_quoted() {
+        assert_eq!(fields(r#"a, b ,"c,""d""",,"#), ["a", "b", r#"c,"d""#, "", ""]);
+    }
+
+    #[test]
+    fn tables_are_read_in_both_forms_with_any_line_ends_and_marks() {
+        let csv = "source,target,id\nthe a.ply,\"b,1.ply\",first\n";
+        let json = "{\"source\":\"the a.ply\",\"target\":\"b,1.ply\",\"id\":\"first\"}\n";
+        for (name, text) in [("t.csv", csv), ("t.jsonl", json)] {
+            for text in [text.to_owned(), format!("\u{feff}{}", text.replace('\n', "\r\n")), format!("{text}\n")] {
+                let (lines, remarks) = lines(name, &text).unwrap();
+                let line = &lines[0];
+                assert_eq!((line.source.as_str(), line.target.as_str()), ("the a.ply", "b,1.ply"));
+                assert!(line.id.as_deref() == Some("first") && line.truth.is_none() && remarks.is_empty());
+            }
+        }
+    }
+
+    #[test]
+    fn a_true_pose_is_read_may_be_left_out_and_is_made_rigid() {
+        let (with, _) = lines("t.csv", &format!("{IDENTITY}c,d,,,,,,,,,,,,\n")).unwrap();
+        assert_eq!(with[0].truth.unwrap().translation.vector.x, 5.0);
+        assert!(with[1].truth.is_none());
+        let (skewed, remarks) = lines("t.csv", &IDENTITY.replace("1,0,0,5", "1.01,0,0,5")).unwrap();
+        assert_eq!(skewed[0].truth.unwrap().rotation, nalgebra::UnitQuaternion::identity());
+        assert!(remarks[0].contains("1 true poses are more than 0.001 away"), "{remarks:?}");
+    }
+
+    #[test]
+    fn faults_have_their_line() {
+        for (name, text, expected) in [
+            ("t.csv", "source,traget\n", "no column `target`"),
+            ("t.csv", "source,target\na\n", "line 2: holds 1 fields"),
+            ("t.csv", "source,target\na,\n", "line 2: source, target"),
+            ("t.csv", "", "is empty"),
+            ("t.csv", &IDENTITY.replace("1,0,0,5", "2,0,0,5"), "line 2: the true pose"),
+            ("t.csv", &IDENTITY.replace("1,0,0,5", "1,,0,5"), "line 2: the true pose: `` is not a number"),
+            ("t.csv", &IDENTITY.replace("r01", "r0l"), "no column `r01`"),
+            ("t.jsonl", "\n{}\n", "line 2: missing field"),
+        ] {
+            let message = lines(name, text).unwrap_err().to_string();
+            assert!(message.contains(expected) && message.contains(name), "{message}");
+        }
+    }
+
+    #[cfg(not(feature = "parquet"))]
+    #[test]
+    fn a_program_without_parquet_says_so() {
+        let message = lines("t.parquet", "PAR1").unwrap_err().to_string();
+        assert!(message.contains("t.parquet: ") && message.contains("--features parquet"), "{message}");
+    }
+}

@@ -1,0 +1,67 @@
+//! Scans of different data sets, brought to one resolution so that they are not told apart by their size.
+
+use super::{Scene, Trial};
+use anyhow::{Context, Result};
+use congruent_evaluation::calibration::Origin;
+use congruent_geometry::random::Stream;
+use congruent_geometry::{RawScan, Scan, resolution_sampled};
+use congruent_io::{Dataset, read_scan};
+use congruent_pipeline::Pair;
+use congruent_simulation::nuisances::scaled;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// Draws in vain, for each pair that is wanted, before there are taken to be no more.
+const MAX_DRAWS: usize = 50;
+/// Points at which a resolution is measured.
+const MEASURED_AT: usize = 4000;
+
+/// `n` pairs, or fewer where there are not so many. Data sets that are `alike` are not crossed with each other.
+pub(super) fn trials<'a>(datasets: &'a [Dataset], alike: &[String], n: usize, seed: u64) -> Vec<Trial<'a>> {
+    let scans: Vec<(&str, Vec<&'a Path>)> = datasets.iter().map(|d| (d.name.as_str(), scans_of(d))).collect();
+    let is_alike = |name: &str| alike.iter().any(|other| other == name);
+    let mut stream = Stream::new(seed, 0);
+    let mut chosen = BTreeSet::new();
+    for _ in 0..n * MAX_DRAWS {
+        let mut draw = || {
+            let dataset = stream.below(scans.len().max(1) as u32) as usize;
+            scans
+                .get(dataset)
+                .filter(|(_, files)| !files.is_empty())
+                .map(|(name, files)| (*name, dataset, files[stream.below(files.len() as u32) as usize]))
+        };
+        let (Some(source), Some(target)) = (draw(), draw()) else { break };
+        if chosen.len() < n && source.1 != target.1 && !(is_alike(source.0) && is_alike(target.0)) {
+            chosen.insert(((source.0, source.2), (target.0, target.2)));
+        }
+    }
+    chosen.into_iter().map(|(source, target)| crossed(source, target)).collect()
+}
+
+fn crossed<'a>(source: (&str, &'a Path), target: (&str, &'a Path)) -> Trial<'a> {
+    let name = |(dataset, file): (&str, &Path)| {
+        format!("{dataset}/{}", file.file_name().unwrap_or_default().to_string_lossy())
+    };
+    let id = format!("crossed/{}--{}", name(source), name(target));
+    let (source, target) = (source.1, target.1);
+    Trial { group: id.clone(), id, origin: Origin::Crossed, scene: Box::new(move || scene(source, target)) }
+}
+
+fn scene(source: &Path, target: &Path) -> Result<Scene> {
+    let (source_scan, target_scan) = (read_scan(source)?, read_scan(target)?);
+    let factor = resolution_of(&target_scan, target)? / resolution_of(&source_scan, source)?;
+    let mut source_scan = scaled(&source_scan, factor);
+    source_scan.viewpoint = None;
+    Ok(Scene { scans: Pair { source: source_scan, target: target_scan }, target_from_source: None })
+}
+
+fn resolution_of(raw: &RawScan, path: &Path) -> Result<f64> {
+    let scan = Scan::new(raw).with_context(|| path.display().to_string())?;
+    let measured = resolution_sampled(scan.points(), MEASURED_AT);
+    Ok(measured.with_context(|| format!("{}: all points are the same", path.display()))?.mean)
+}
+
+fn scans_of(dataset: &Dataset) -> Vec<&Path> {
+    let files = dataset.pairs.iter().flat_map(|pair| [&pair.source_file, &pair.target_file]);
+    files.collect::<BTreeSet<&PathBuf>>().into_iter().map(PathBuf::as_path).collect()
+}

@@ -1,0 +1,146 @@
+//! Pairs of a data set: those that it lists, as they came and moved, and those that it does not list.
+
+use super::{Scene, SceneMaker, Trial};
+use anyhow::Result;
+use congruent_evaluation::calibration::Origin;
+use congruent_geometry::RigidTransform;
+use congruent_geometry::random::Stream;
+use congruent_io::{Dataset, TruePair, read_scan};
+use congruent_pipeline::Pair;
+use congruent_simulation::nuisances::moved;
+use nalgebra::{Translation3, Vector3};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::path::Path;
+
+/// Scans are moved by at most this many times the size of their coordinates.
+const REACH: f64 = 5.0;
+
+/// All pairs of a data set whose truth is known.
+pub(super) fn trials(dataset: &Dataset) -> Vec<Trial<'_>> {
+    let listed = dataset.pairs.iter().flat_map(|pair| {
+        let trial = |origin, scene| Trial { id: id(dataset, pair, origin), group: group(dataset, pair), origin, scene };
+        let as_it_came: SceneMaker<'_> = Box::new(|| scene(pair));
+        let by_itself = format!("{}/{}", dataset.name, pair.source);
+        let each_moved: SceneMaker<'_> = Box::new(move || Ok(each_moved(scene(pair)?, &by_itself)));
+        [trial(Origin::Listed, as_it_came), trial(Origin::Moved, each_moved)]
+    });
+    let unlisted = unlisted(dataset).into_iter().map(|pair| {
+        let (id, group) = (id(dataset, &pair, Origin::Unlisted), group(dataset, &pair));
+        Trial { id, group, origin: Origin::Unlisted, scene: Box::new(move || scene(&pair)) }
+    });
+    listed.chain(unlisted).collect()
+}
+
+fn id(dataset: &Dataset, pair: &TruePair, origin: Origin) -> String {
+    let origin = format!("{origin:?}").to_lowercase();
+    format!("{origin}/{}/{}--{}", dataset.name, pair.source, pair.target)
+}
+
+/// A pair as it came and moved are one group.
+fn group(dataset: &Dataset, pair: &TruePair) -> String {
+    format!("{}/{}--{}", dataset.name, pair.source, pair.target)
+}
+
+fn scene(pair: &TruePair) -> Result<Scene> {
+    let scans = Pair { source: read_scan(&pair.source_file)?, target: read_scan(&pair.target_file)? };
+    Ok(Scene { scans, target_from_source: Some(pair.target_from_source) })
+}
+
+/// The same with a random motion of each scan, by which it also forgets where its scanner stood.
+fn each_moved(scene: Scene, name: &str) -> Scene {
+    let mut stream = Stream::new(name.bytes().fold(0, |hash, byte| hash * 31 % 1_000_003 + u64::from(byte)), 0);
+    let mut motion = |size: f64| {
+        let shift = Vector3::from_fn(|_, _| stream.between(-REACH, REACH) * size);
+        RigidTransform::from_parts(Translation3::from(shift), stream.rotation())
+    };
+    let size = |scan: &congruent_geometry::RawScan| scan.points.iter().flatten().fold(0.0, |a: f64, v| a.max(v.abs()));
+    let motions = Pair { source: motion(size(&scene.scans.source)), target: motion(size(&scene.scans.target)) };
+    let mut scans = Pair {
+        source: moved(&scene.scans.source, &motions.source),
+        target: moved(&scene.scans.target, &motions.target),
+    };
+    scans.source.viewpoint = None;
+    scans.target.viewpoint = None;
+    let truth = scene.target_from_source.map(|truth| motions.target * truth * motions.source.inverse());
+    Scene { scans, target_from_source: truth }
+}
+
+/// Pairs of scans that the data set does not list but whose truth follows from pairs that it lists.
+fn unlisted(dataset: &Dataset) -> Vec<TruePair> {
+    let mut files: BTreeMap<&str, &Path> = BTreeMap::new();
+    let mut steps: BTreeMap<&str, Vec<(&str, RigidTransform)>> = BTreeMap::new();
+    let mut known = BTreeSet::new();
+    for pair in &dataset.pairs {
+        let (source, target) = (pair.source.as_str(), pair.target.as_str());
+        files.extend([(source, pair.source_file.as_path()), (target, pair.target_file.as_path())]);
+        steps.entry(source).or_default().push((target, pair.target_from_source));
+        steps.entry(target).or_default().push((source, pair.target_from_source.inverse()));
+        known.extend([(source, target), (target, source)]);
+    }
+    let mut found = Vec::new();
+    for (&source, &source_file) in &files {
+        for (target, target_from_source) in reached(source, &steps) {
+            if source > target && !known.contains(&(source, target)) {
+                found.push(TruePair {
+                    source: source.to_owned(),
+                    target: target.to_owned(),
+                    place: "other pairs".to_owned(),
+                    source_file: source_file.to_owned(),
+                    target_file: files[target].to_owned(),
+                    overlap: None,
+                    target_from_source,
+                });
+            }
+        }
+    }
+    found
+}
+
+/// All scans that a chain of truths leads to, by the fewest steps.
+fn reached<'a>(
+    start: &'a str,
+    steps: &BTreeMap<&'a str, Vec<(&'a str, RigidTransform)>>,
+) -> BTreeMap<&'a str, RigidTransform> {
+    let mut reached = BTreeMap::from([(start, RigidTransform::identity())]);
+    let mut open = VecDeque::from([start]);
+    while let Some(here) = open.pop_front() {
+        let here_from_start = reached[here];
+        for (there, there_from_here) in &steps[here] {
+            if !reached.contains_key(there) {
+                reached.insert(there, there_from_here * here_from_start);
+                open.push_back(there);
+            }
+        }
+    }
+    reached
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pair(source: &str, target: &str, x: f64) -> TruePair {
+        TruePair {
+            source: source.to_owned(),
+            target: target.to_owned(),
+            place: String::new(),
+            source_file: source.into(),
+            target_file: target.into(),
+            overlap: None,
+            target_from_source: RigidTransform::translation(x, 0.0, 0.0),
+        }
+    }
+
+    #[test]
+    fn truths_are_chained_and_what_is_listed_or_apart_is_not_made_up() {
+        let pairs = vec![pair("b", "a", 1.0), pair("c", "b", 10.0), pair("d", "c", 100.0), pair("y", "x", 5.0)];
+        let dataset =
+            Dataset { name: "set".to_owned(), pairs, warnings: Vec::new(), broken: Vec::new(), min_overlap: 0.0 };
+        let found: Vec<(String, String, f64)> = unlisted(&dataset)
+            .into_iter()
+            .map(|pair| (pair.source, pair.target, pair.target_from_source.translation.vector.x))
+            .collect();
+        let expected = [("c", "a", 11.0), ("d", "a", 111.0), ("d", "b", 110.0)];
+        assert_eq!(found, expected.map(|(s, t, x)| (s.to_owned(), t.to_owned(), x)));
+    }
+}

@@ -1,0 +1,127 @@
+//! `congruent calibrate`: registers pairs whose truth is known, and fits the confidence to what came of it.
+
+mod crossed;
+mod listed;
+mod rows;
+mod simulated;
+
+use crate::args::CalibrateArgs;
+use crate::commands::on_threads;
+use crate::progress::Bar;
+use crate::{configuration, output};
+use anyhow::{Context, Result, bail};
+use congruent_evaluation::GroundTruth;
+use congruent_evaluation::calibration::{CalibrationRow, Origin, Validation};
+use congruent_geometry::{RawScan, RigidTransform, Scan, mean_displacement, uncentred};
+use congruent_io::{Dataset, read_dataset, write_file};
+use congruent_pipeline::{DenseVerdictConfig, Pair, PipelineConfig, VerdictConfig, register};
+use rows::Rows;
+use std::process::ExitCode;
+
+/// Some pairs had a scan that could not be used.
+const SOME_ERRORS: u8 = 1;
+
+/// A pair to be registered.
+struct Trial<'a> {
+    /// Unique.
+    id: String,
+    /// What it shares scans with.
+    group: String,
+    origin: Origin,
+    /// Loads or makes the scans.
+    scene: SceneMaker<'a>,
+}
+
+type SceneMaker<'a> = Box<dyn Fn() -> Result<Scene> + Send + Sync + 'a>;
+
+/// Two scans and what is known of them.
+struct Scene {
+    scans: Pair<RawScan>,
+    /// Nothing where no pose is right.
+    target_from_source: Option<RigidTransform>,
+}
+
+pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode> {
+    let config = configuration::resolve(&args.run)?;
+    let VerdictConfig::Dense(verdict) = &config.verdict else {
+        bail!("only [verdict.dense] has a confidence to calibrate; choose a configuration with it");
+    };
+    let datasets: Vec<Dataset> =
+        args.datasets.iter().map(|path| Ok(read_dataset(path, None)?)).collect::<Result<_>>()?;
+    let trials = trials(args, &datasets, config.seed);
+    let mut rows = Rows::open(&args.output)?;
+    let errors = on_threads(args.run.threads, || register_all(&trials, &config, verdict, &mut rows))??;
+    let validation = Validation::new(rows.all(), verdict.min_confidence);
+    let figures = validation.to_string();
+    write_file(&args.output.join("calibration.toml"), calibration_file(&validation, rows.all().len())?.as_bytes())?;
+    write_file(&args.output.join("calibration.md"), figures.as_bytes())?;
+    output::data(figures.trim_end());
+    Ok(if errors == 0 { ExitCode::SUCCESS } else { ExitCode::from(SOME_ERRORS) })
+}
+
+fn trials<'a>(args: &CalibrateArgs, datasets: &'a [Dataset], seed: u64) -> Vec<Trial<'a>> {
+    let mut trials: Vec<Trial<'a>> = datasets.iter().flat_map(listed::trials).collect();
+    trials.extend(crossed::trials(datasets, &args.alike, args.crossed, seed));
+    trials.extend(simulated::trials(args.simulated, seed));
+    trials.extend(simulated::open_trials(args.open));
+    trials
+}
+
+/// Adds the rows that are not there yet; how many pairs could not be used.
+fn register_all(
+    trials: &[Trial<'_>],
+    config: &PipelineConfig,
+    verdict: &DenseVerdictConfig,
+    rows: &mut Rows,
+) -> Result<usize> {
+    let bar = Bar::new(trials.len() as u64);
+    let mut errors = 0;
+    for (done, trial) in (1..).zip(trials) {
+        bar.at(done, trial.id.as_str());
+        if rows.has(&trial.id) {
+            continue;
+        }
+        match registered(trial, config, verdict) {
+            Ok(row) => rows.add(row)?,
+            Err(error) => {
+                errors += 1;
+                output::remark(&format!("{}: left out: {error:#}", trial.id));
+            }
+        }
+    }
+    Ok(errors)
+}
+
+fn registered(trial: &Trial<'_>, config: &PipelineConfig, verdict: &DenseVerdictConfig) -> Result<CalibrationRow> {
+    let Scene { scans, target_from_source } = (trial.scene)()?;
+    let scans = scans.map(Scan::new).both().context("a scan cannot be used")?;
+    let registration = register(&scans.source, &scans.target, config, &|_| ());
+    let error = match (&target_from_source, &registration.target_from_source) {
+        (Some(truth), Some(pose)) => Some(error_pr(scans.as_ref(), truth, pose)),
+        _ => None,
+    };
+    let name = (trial.id.clone(), trial.group.clone(), trial.origin);
+    Ok(CalibrationRow::new(name, &registration, error, verdict))
+}
+
+/// How far a pose is off, `pr`: on the surface that both scans have, on the whole source where that is too little.
+fn error_pr(scans: Pair<&Scan>, truth: &RigidTransform, pose: &RigidTransform) -> f64 {
+    let known = GroundTruth::of_scans(Pair { source: scans.source, target: scans.target }, truth);
+    known.errors(pose).map_or_else(
+        || {
+            let centred = uncentred(pose, &-scans.source.origin(), &-scans.target.origin());
+            mean_displacement(scans.source.points(), &centred, known.centred()) / known.resolution()
+        },
+        |errors| errors.rmse_pr,
+    )
+}
+
+/// The coefficients as a file, with what they come from.
+fn calibration_file(validation: &Validation<'_>, n_rows: usize) -> Result<String> {
+    let (right_said, said, right) = validation.believed();
+    Ok(format!(
+        "# Logistic model of a right answer, made by `congruent calibrate` from {n_rows} pairs.\n# Cross-validated: AUC {:.4}; {right_said} of {said} said ok are right, {right_said} of {right} right ones are said ok.\n{}",
+        validation.auc(),
+        toml::to_string(&validation.calibration)?
+    ))
+}

@@ -1,0 +1,79 @@
+//! Virtual scans with exact truth, and those whose pose is open.
+
+use super::{Scene, Trial};
+use congruent_evaluation::calibration::Origin;
+use congruent_pipeline::Pair;
+use congruent_simulation::ambiguous::{Subject, ambiguous_pair};
+use congruent_simulation::benchmark::{Benchmark, Group, Kind};
+use congruent_simulation::pair::{PairOptions, figurine_pair};
+use congruent_simulation::scanner::RangeNoise;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+const KINDS: [(&str, Kind); 4] =
+    [("u3m-like", Kind::U3m), ("bmr-like", Kind::Bmr), ("u3or-like", Kind::U3or), ("bod5-like", Kind::Bod5)];
+/// Pairs that are taken from one group of a benchmark, evenly, so that many shapes take part.
+const PER_GROUP: usize = 4;
+/// Views of a figurine from opposite sides: they share its outline at most.
+const OPPOSITE: [f64; 2] = [2.4, PI];
+
+/// `n` pairs of each kind of benchmark, and as many pairs of views that hardly overlap.
+pub(super) fn trials<'a>(n: usize, seed: u64) -> Vec<Trial<'a>> {
+    let mut trials: Vec<Trial<'a>> = KINDS.iter().flat_map(|&(name, kind)| benchmark(name, kind, n, seed)).collect();
+    trials.extend((0..n as u64).map(|number| opposite(number, seed)));
+    trials
+}
+
+/// `n` pairs of each shape that leaves the pose open.
+pub(super) fn open_trials<'a>(n: usize) -> Vec<Trial<'a>> {
+    let all = Subject::ALL.iter().flat_map(|&subject| (0..n as u64).map(move |variant| (subject, variant)));
+    all.map(|(subject, variant)| {
+        let id = format!("open/{subject:?}-{variant}").to_lowercase();
+        let scene = move || {
+            let [source, target] = ambiguous_pair(subject, variant);
+            Ok(Scene { scans: Pair { source, target }, target_from_source: None })
+        };
+        Trial { group: id.clone(), id, origin: Origin::Open, scene: Box::new(scene) }
+    })
+    .collect()
+}
+
+fn benchmark<'a>(name: &str, kind: Kind, n: usize, seed: u64) -> Vec<Trial<'a>> {
+    let benchmark = Benchmark::new(kind, seed);
+    let mut trials = Vec::new();
+    for number in 0..n.div_ceil(PER_GROUP) as u64 {
+        let group = Arc::new(benchmark.group(number));
+        let stride = group.pairs.len().div_ceil(PER_GROUP).max(1);
+        for place in (0..group.pairs.len()).step_by(stride) {
+            let id = format!("simulated/{name}/{number}-{place}");
+            let group = Arc::clone(&group);
+            let scene = Box::new(move || Ok(scene(&group, place)));
+            trials.push(Trial { id, group: format!("{name}/{number}"), origin: Origin::Simulated, scene });
+        }
+    }
+    trials.truncate(n);
+    trials
+}
+
+fn scene(group: &Group, place: usize) -> Scene {
+    let pair = &group.pairs[place];
+    let [source, target] = [pair.source, pair.target].map(|i| group.scans[i].1.clone());
+    Scene { scans: Pair { source, target }, target_from_source: Some(pair.target_from_source) }
+}
+
+fn opposite<'a>(number: u64, seed: u64) -> Trial<'a> {
+    let id = format!("simulated/opposite/{number}");
+    let share = (number % 8) as f64 / 7.0;
+    let scene = move || {
+        let pair = figurine_pair(&PairOptions {
+            seed: seed.wrapping_add(1000 + number),
+            azimuth: number as f64,
+            view_angle: OPPOSITE[0] + share * (OPPOSITE[1] - OPPOSITE[0]),
+            pixels: 240,
+            noise: RangeNoise::gaussian(0.04),
+        });
+        let scans = Pair { source: pair.source, target: pair.target };
+        Ok(Scene { scans, target_from_source: Some(pair.target_from_source) })
+    };
+    Trial { group: id.clone(), id, origin: Origin::Simulated, scene: Box::new(scene) }
+}

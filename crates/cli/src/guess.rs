@@ -1,0 +1,93 @@
+//! What a user knows of a pose, from arguments and files.
+
+use crate::args::{LevelArgs, PriorArgs};
+use anyhow::{Context, Result, bail};
+use congruent_geometry::{RigidTransform, from_rows};
+use congruent_io::read_pose;
+use congruent_pipeline::{Guess, Prior};
+use nalgebra::{Unit, Vector3};
+use serde::Deserialize;
+use std::path::Path;
+
+/// How far a matrix may be from a rigid motion (Frobenius norm), as for poses in text files.
+const TOLERANCE: f64 = 1e-3;
+
+/// The part of a result that says where the source goes.
+#[derive(Deserialize)]
+struct WithPose {
+    target_from_source: Option<[[f64; 4]; 4]>,
+}
+
+/// What the command line says of the pose.
+pub(crate) fn prior(args: &PriorArgs) -> Result<Prior> {
+    let guess = args.init.as_deref().map(pose).transpose()?.map(|target_from_source| Guess {
+        target_from_source,
+        max_rotation: args.max_rotation.map(f64::to_radians),
+        max_translation: args.max_translation,
+    });
+    Ok(Prior { guess, up: up(&args.level) })
+}
+
+/// The up axis, where the scans are level.
+pub(crate) fn up(args: &LevelArgs) -> Option<Unit<Vector3<f64>>> {
+    args.yaw_only.then(|| Unit::new_normalize(args.up.unwrap_or([0.0, 0.0, 1.0]).into()))
+}
+
+/// A 4×4 matrix, the pose in a JSON result, or the word `identity` where there is no such file.
+pub(crate) fn pose(path: &Path) -> Result<RigidTransform> {
+    if path.as_os_str() == "identity" && !path.exists() {
+        return Ok(RigidTransform::identity());
+    }
+    let name = || path.display().to_string();
+    let bytes = std::fs::read(path)
+        .with_context(|| format!("{}: cannot be read; name a pose file, or identity", path.display()))?;
+    if !bytes.trim_ascii_start().starts_with(b"{") {
+        return Ok(read_pose(path)?);
+    }
+    let result: WithPose = serde_json::from_slice(&bytes).with_context(name)?;
+    let Some(rows) = result.target_from_source else {
+        bail!("{}: holds no target_from_source; name a result with a pose", path.display());
+    };
+    let pose = (rows[3] == [0.0, 0.0, 0.0, 1.0]).then(|| from_rows(&rows, TOLERANCE)).flatten();
+    pose.with_context(|| {
+        format!("{}: target_from_source is no rigid motion; remove scale, shear and mirroring", path.display())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use congruent_io::write_pose;
+
+    #[test]
+    fn poses_are_read_from_matrices_and_from_results() {
+        let folder = tempfile::tempdir().unwrap();
+        let expected = RigidTransform::translation(1.0, -2.0, 3.5);
+        let (matrix, result) = (folder.path().join("a.xf"), folder.path().join("a.json"));
+        write_pose(&matrix, &expected).unwrap();
+        let rows = congruent_geometry::to_rows(&expected);
+        std::fs::write(&result, serde_json::json!({ "verdict": "ok", "target_from_source": rows }).to_string())
+            .unwrap();
+        for path in [&matrix, &result] {
+            assert_eq!(pose(path).unwrap(), expected);
+        }
+        assert_eq!(pose(Path::new("identity")).unwrap(), RigidTransform::identity());
+    }
+
+    #[test]
+    fn what_is_no_pose_says_so() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bad");
+        for (text, expected) in [
+            ("{\"target_from_source\": null}", "no target_from_source"),
+            ("{\"target_from_source\": [[2,0,0,0],[0,2,0,0],[0,0,2,0],[0,0,0,1]]}", "remove scale"),
+            ("{\"target_from_source\"", "EOF"),
+            ("1 2 3", "16"),
+        ] {
+            std::fs::write(&path, text).unwrap();
+            let message = format!("{:#}", pose(&path).unwrap_err());
+            assert!(message.contains(expected) && message.contains("bad"), "{message}");
+        }
+        assert!(format!("{:#}", pose(&folder.path().join("none")).unwrap_err()).contains("cannot be read"));
+    }
+}

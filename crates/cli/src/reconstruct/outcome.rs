@@ -1,0 +1,178 @@
+//! The result in terms of files.
+
+use super::Surfaces;
+use super::proposals::Proposal;
+use super::words::{fate_name, fate_words, overview};
+use crate::batch::Ended;
+use congruent_geometry::{RigidTransform, to_rows, uncentred};
+use congruent_multiway::{Edge, Fate, Reconstruction, Touch};
+use serde::Serialize;
+use std::path::Path;
+
+/// What `reconstruct --json` prints. Lengths are in data units.
+#[derive(Debug, Serialize)]
+pub(crate) struct Outcome {
+    version: &'static str,
+    /// What `pr` meant.
+    pub(super) resolution: f64,
+    /// Scans of each component of two or more, largest first.
+    pub(super) components: Vec<Vec<String>>,
+    pub(super) scans: Vec<ScanLine>,
+    /// A line for each pose that a pair proposed.
+    pub(super) pairs: Vec<PairLine>,
+    /// Whether all scans that touch were refined together.
+    pub(super) refined: bool,
+    /// What the poses rest on.
+    pub(super) contacts: Vec<ContactLine>,
+    #[serde(skip)]
+    pub(super) edges: Vec<(Edge, Touch)>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct ScanLine {
+    pub(super) scan: String,
+    /// From one; nothing for a scan that fits nowhere.
+    pub(super) component: Option<usize>,
+    /// Row by row; maps the file's coordinates into the frame of the component, that of its first scan.
+    pub(super) frame_from_scan: Option<[[f64; 4]; 4]>,
+    /// How far its points may be off against those of the component's first scan, from independent noise alone.
+    pub(super) uncertainty: Option<f64>,
+    /// Scans that it touches.
+    pub(super) touches: usize,
+    /// Largest share of its points that touch one of them.
+    pub(super) overlap: f64,
+    /// Why it has no place.
+    pub(super) problem: Option<String>,
+    #[serde(skip)]
+    pub(super) frame_from_file: Option<RigidTransform>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct PairLine {
+    id: String,
+    pub(super) source: String,
+    pub(super) target: String,
+    pub(super) verdict: String,
+    pub(super) confidence: f64,
+    /// `kept`, `agrees`, `no-loop`, `outvoted`, `unsupported`, `contradicted`, `no-touch`.
+    pub(super) fate: &'static str,
+    pub(super) reason: String,
+    #[serde(skip)]
+    pub(super) ends: [usize; 2],
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct ContactLine {
+    pub(super) source: String,
+    pub(super) target: String,
+    /// Share of the source's points that touch the target.
+    pub(super) overlap: f64,
+    /// Root mean square distance where they do.
+    pub(super) residual: f64,
+    #[serde(skip)]
+    pub(super) ends: [usize; 2],
+}
+
+impl Outcome {
+    pub(crate) fn new(
+        ended: &Ended<'_>,
+        result: &Reconstruction,
+        proposals: Vec<Proposal>,
+        surfaces: &Surfaces,
+        pr: f64,
+    ) -> Outcome {
+        let name = |at: usize| ended.input.scans[at].name.clone();
+        let contacts: Vec<ContactLine> = result
+            .edges
+            .iter()
+            .map(|(edge, touch)| ContactLine {
+                source: name(edge.source),
+                target: name(edge.target),
+                overlap: surfaces.overlap(edge.source, touch),
+                residual: touch.residual,
+                ends: [edge.source, edge.target],
+            })
+            .collect();
+        let mut fates = result.fates.iter();
+        let mut pair = |proposal: Proposal| {
+            let fate = proposal.candidate.as_ref().and_then(|_| fates.next());
+            PairLine {
+                source: name(proposal.source),
+                target: name(proposal.target),
+                fate: fate_name(fate),
+                reason: fate_words(fate, pr),
+                ends: [proposal.source, proposal.target],
+                id: proposal.id,
+                verdict: proposal.verdict,
+                confidence: proposal.confidence,
+            }
+        };
+        let pairs = proposals.into_iter().map(&mut pair).collect();
+        let components: Vec<&Vec<usize>> = result.components.iter().filter(|members| members.len() > 1).collect();
+        let scans = (0..ended.input.scans.len())
+            .map(|at| {
+                let component = components.iter().position(|members| members.contains(&at));
+                let placed = component.map(|number| in_files(result, surfaces, at, components[number][0]));
+                let own: Vec<&ContactLine> = contacts.iter().filter(|contact| contact.ends[0] == at).collect();
+                ScanLine {
+                    scan: name(at),
+                    component: component.map(|number| number + 1),
+                    frame_from_scan: placed.as_ref().map(to_rows),
+                    uncertainty: result.uncertainty[at],
+                    touches: own.len(),
+                    overlap: own.iter().map(|contact| contact.overlap).fold(0.0, f64::max),
+                    problem: component.is_none().then(|| problem(ended, result, surfaces, at)),
+                    frame_from_file: placed,
+                }
+            })
+            .collect();
+        Outcome {
+            version: env!("CARGO_PKG_VERSION"),
+            resolution: pr,
+            components: components.iter().map(|members| members.iter().map(|&at| name(at)).collect()).collect(),
+            scans,
+            pairs,
+            refined: result.refined,
+            contacts,
+            edges: result.edges.clone(),
+        }
+    }
+
+    /// Whether every scan is in one frame.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.scans.iter().all(|scan| scan.component == Some(1))
+    }
+
+    pub(crate) fn json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("numbers, strings and lists can be written as JSON")
+    }
+
+    pub(crate) fn text(&self, folder: &Path) -> String {
+        format!("{}\nwrote {}", overview(self).join("\n"), folder.display())
+    }
+}
+
+/// A pose for file coordinates: from the file of a scan into that of its component's first scan.
+fn in_files(result: &Reconstruction, surfaces: &Surfaces, at: usize, first: usize) -> RigidTransform {
+    match (surfaces.scan(at), surfaces.scan(first)) {
+        (Some(own), Some(frame)) => uncentred(&result.frame_from_scan[at], &own.origin, &frame.origin),
+        _ => result.frame_from_scan[at],
+    }
+}
+
+fn problem(ended: &Ended<'_>, result: &Reconstruction, surfaces: &Surfaces, at: usize) -> String {
+    if let Err(message) = &ended.survey.scans[at] {
+        return message.clone();
+    }
+    if surfaces.scan(at).is_none() {
+        return "the grid leaves too few points of it; lower sampling.voxel-grid.leaf".to_owned();
+    }
+    debug_assert!(result.components.iter().any(|members| members == &[at]));
+    "no pose of it was believed or borne out by others; it may show something else, or overlap too little".to_owned()
+}
+
+impl PairLine {
+    pub(super) fn is_used(&self) -> bool {
+        self.fate == fate_name(Some(&Fate::Kept)) || self.fate == fate_name(Some(&Fate::Agrees))
+    }
+}

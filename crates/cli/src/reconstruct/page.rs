@@ -1,0 +1,150 @@
+//! The page of a reconstruction: the model, the graph, and who touches whom.
+
+use super::Surfaces;
+use super::model::colour;
+use super::outcome::{Outcome, PairLine};
+use super::words::overview;
+use congruent_geometry::{RigidTransform, wide};
+use congruent_report::{Block, Cell, Layer, Lines, Page, Points, Scene, State, Table, Tone};
+use nalgebra::{Point3, Vector3};
+
+/// Points of all scans of a view together.
+const MAX_POINTS: usize = 300_000;
+const KEPT: &str = "#1b8a5a";
+const REJECTED: &str = "#c0392b";
+const CONTACT: &str = "#999999";
+
+/// The whole page.
+pub(super) fn page(outcome: &Outcome, surfaces: &Surfaces) -> Page {
+    let mut blocks = vec![verdict(outcome)];
+    for number in 1..=outcome.components.len() {
+        let members = &outcome.components[number - 1];
+        blocks.push(Block::Section(format!(
+            "Component {number}: {} scans in the frame of {}",
+            members.len(),
+            members[0]
+        )));
+        blocks.push(Block::Views(vec![(
+            "Each scan has its colour. The graph joins the middles of the scans: green poses are used, red ones rejected; grey \
+             lines join scans that touch."
+                .to_owned(),
+            scene(outcome, surfaces, number),
+        )]));
+    }
+    blocks.push(Block::Section("Scans".to_owned()));
+    blocks.push(Block::Table(scans(outcome)));
+    blocks.push(Block::Section("Poses of pairs".to_owned()));
+    blocks.push(Block::Table(pairs(outcome)));
+    blocks.push(Block::Section("Scans that touch".to_owned()));
+    blocks.push(Block::Table(contacts(outcome)));
+    Page { title: "Reconstruction".to_owned(), subtitle: format!("pr = {:.4} data units", outcome.resolution), blocks }
+}
+
+fn verdict(outcome: &Outcome) -> Block {
+    let (tone, word) = if outcome.is_complete() {
+        (Tone::Good, "complete")
+    } else if outcome.components.is_empty() {
+        (Tone::Bad, "nothing fits")
+    } else {
+        (Tone::Doubtful, "incomplete")
+    };
+    let lines: Vec<String> = overview(outcome).iter().map(|line| line.trim().to_owned()).collect();
+    Block::Verdict(tone, word.to_owned(), lines.join(". ") + ".")
+}
+
+/// The scans of a component, as they are placed and as they came, and the graph over them.
+fn scene(outcome: &Outcome, surfaces: &Surfaces, number: usize) -> Scene {
+    let members: Vec<usize> =
+        (0..outcome.scans.len()).filter(|&at| outcome.scans[at].component == Some(number)).collect();
+    let pose = |at: usize| outcome.scans[at].frame_from_file.unwrap_or_else(RigidTransform::identity);
+    let all: Vec<RigidTransform> = (0..outcome.scans.len()).map(pose).collect();
+    let mut layers: Vec<Layer> =
+        members.iter().map(|&at| Layer::Points(cloud(outcome, surfaces, at, MAX_POINTS / members.len()))).collect();
+    let inside = |ends: &[usize; 2]| ends.iter().all(|at| members.contains(at));
+    let graph = |name: &str, colour: &str, shown: bool, ends: Vec<[usize; 2]>| {
+        let middle = |at: usize| pose(at) * Point3::from(surfaces.scan(at).map_or_else(Vector3::zeros, |s| s.origin));
+        let segments = ends.iter().map(|ends| ends.map(middle)).collect();
+        // One body beyond the scans rests in the frame that is shown.
+        let rest = outcome.scans.len();
+        Layer::Lines(Lines { name: name.to_owned(), bodies: [rest, rest], segments, colour: colour.to_owned(), shown })
+    };
+    let of = |used: bool| -> Vec<[usize; 2]> {
+        outcome.pairs.iter().filter(|p| p.is_used() == used).map(|p| p.ends).filter(inside).collect()
+    };
+    let touching = outcome.contacts.iter().map(|c| c.ends).filter(|ends| ends[0] < ends[1] && inside(ends)).collect();
+    layers.push(graph("scans that touch", CONTACT, false, touching));
+    layers.push(graph("poses used", KEPT, true, of(true)));
+    layers.push(graph("poses rejected", REJECTED, false, of(false)));
+    Scene {
+        states: vec![
+            State { name: "as scanned".to_owned(), frame_from_body: Vec::new() },
+            State { name: "in one frame".to_owned(), frame_from_body: all },
+        ],
+        layers,
+        ..Scene::default()
+    }
+}
+
+fn cloud(outcome: &Outcome, surfaces: &Surfaces, at: usize, limit: usize) -> Points {
+    let [red, green, blue] = colour(at);
+    let points = surfaces.scan(at).map_or_else(Vec::new, |dense| {
+        let points = dense.surface.points();
+        let step = points.len().div_ceil(limit.max(1)).max(1);
+        points.iter().step_by(step).map(|p| Point3::from(wide(*p) + dense.origin)).collect()
+    });
+    Points {
+        name: outcome.scans[at].scan.clone(),
+        body: at,
+        points,
+        colour: format!("#{red:02x}{green:02x}{blue:02x}"),
+        errors: Vec::new(),
+    }
+}
+
+fn table(columns: &[&str], rows: Vec<Vec<Cell>>) -> Table {
+    Table { columns: columns.iter().map(|name| (*name).to_owned()).collect(), rows, sortable: true }
+}
+
+fn scans(outcome: &Outcome) -> Table {
+    let row = |scan: &super::outcome::ScanLine| -> Vec<Cell> {
+        let in_pr = |length: f64| format!("{:.3}", length / outcome.resolution);
+        vec![
+            scan.scan.clone().into(),
+            scan.component.map_or_else(|| "none".to_owned(), |number| number.to_string()).into(),
+            scan.touches.to_string().into(),
+            format!("{:.0}", 100.0 * scan.overlap).into(),
+            scan.uncertainty.filter(|_| scan.component.is_some()).map_or_else(String::new, in_pr).into(),
+            scan.problem.clone().unwrap_or_default().into(),
+        ]
+    };
+    let columns = ["scan", "component", "touches", "largest overlap, %", "uncertainty, pr", "problem"];
+    table(&columns, outcome.scans.iter().map(row).collect())
+}
+
+fn pairs(outcome: &Outcome) -> Table {
+    let row = |pair: &PairLine| -> Vec<Cell> {
+        vec![
+            pair.source.clone().into(),
+            pair.target.clone().into(),
+            pair.verdict.clone().into(),
+            format!("{:.3}", pair.confidence).into(),
+            pair.fate.into(),
+            pair.reason.clone().into(),
+        ]
+    };
+    let columns = ["source", "target", "verdict", "confidence", "fate", "why"];
+    table(&columns, outcome.pairs.iter().map(row).collect())
+}
+
+fn contacts(outcome: &Outcome) -> Table {
+    let row = |contact: &super::outcome::ContactLine| -> Vec<Cell> {
+        vec![
+            contact.source.clone().into(),
+            contact.target.clone().into(),
+            format!("{:.0}", 100.0 * contact.overlap).into(),
+            format!("{:.2}", contact.residual / outcome.resolution).into(),
+        ]
+    };
+    let columns = ["scan", "touches", "of its points, %", "apart, pr"];
+    table(&columns, outcome.contacts.iter().map(row).collect())
+}

@@ -1,0 +1,163 @@
+//! What the scans themselves say: how they touch under a pose, and where they would rather lie.
+
+use crate::batch::Ended;
+use congruent_geometry::{RigidTransform, Surface, uncentred, wide};
+use congruent_multiway::{Contact, Node, Touch};
+use congruent_pipeline::Variant;
+use congruent_refinement::{Freedom, PointToPlane, Refinement, Refiner, Schedule};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+/// Points of a scan that are laid on others.
+const MOVING_POINTS: usize = 4000;
+/// Points that are looked at first, to leave scans alone that are nowhere near.
+const SCOUTS: usize = 120;
+/// Scouts that have to find something.
+const MIN_FOUND: usize = 2;
+/// Share of the moving points that have to touch, and how many at least.
+const MIN_SHARE: f64 = 0.03;
+const MIN_PAIRS: usize = 40;
+/// Points that stand for a scan where poses are compared.
+const PROBES: usize = 48;
+/// Search radius at first, after each round, and at the end; `pr`.
+const FIRST_REACH: f64 = 3.0;
+const SHRINKING: f64 = 0.75;
+const LAST_REACH: f64 = 1.5;
+/// Cosine that the normals of touching points must have.
+const MIN_NORMAL_COSINE: f64 = 0.5;
+
+/// All scans of a run, sampled, in the order of the input.
+pub(crate) struct Surfaces {
+    scans: Vec<Option<Dense>>,
+    pr: f64,
+}
+
+pub(crate) struct Dense {
+    pub(crate) surface: Surface,
+    /// With the normals turned to the other side.
+    turned: Surface,
+    /// Whether the side of the normals is sure.
+    sure: bool,
+    /// What was taken off the coordinates of the file.
+    pub(crate) origin: Vector3<f64>,
+}
+
+impl Surfaces {
+    /// `pr` is the working length of the collection, data units.
+    pub(crate) fn of(ended: &Ended<'_>, pr: f64) -> Surfaces {
+        let dense = |at: usize| {
+            let described = ended.survey.described(ended.input, ended.cache, at, Variant::default()).ok()?;
+            let surface = described.surface()?.clone();
+            let turned = surface.clone().flipped();
+            Some(Dense { surface, turned, sure: described.side_is_sure(), origin: *described.origin() })
+        };
+        Surfaces { scans: (0..ended.input.scans.len()).into_par_iter().map(dense).collect(), pr }
+    }
+
+    /// Nothing where the scan cannot be used.
+    pub(crate) fn scan(&self, at: usize) -> Option<&Dense> {
+        self.scans[at].as_ref()
+    }
+
+    /// Points that stand for each scan.
+    pub(crate) fn nodes(&self) -> Vec<Node> {
+        let node = |scan: &Option<Dense>| {
+            let points = scan.as_ref().map_or([].as_slice(), |dense| dense.surface.points());
+            let step = points.len().div_ceil(PROBES).max(1);
+            Node { probes: points.iter().step_by(step).map(|p| wide(*p)).collect() }
+        };
+        self.scans.iter().map(node).collect()
+    }
+
+    /// A pose between files as one between centred scans.
+    pub(crate) fn centred(&self, source: usize, target: usize, pose: &RigidTransform) -> RigidTransform {
+        let origin = |at: usize| self.scans[at].as_ref().map_or_else(Vector3::zeros, |dense| -dense.origin);
+        uncentred(pose, &origin(source), &origin(target))
+    }
+
+    /// How two scans touch under a pose that may still be rough.
+    pub(crate) fn touch(&self, source: usize, target: usize, pose: &RigidTransform) -> Option<Touch> {
+        self.best(source, target, pose, FIRST_REACH, |icp, moving, fixed| icp.measure(moving, fixed, pose))
+            .map(|refinement| touch_of(&refinement))
+    }
+
+    /// Share of the source's points that touch the target.
+    pub(crate) fn overlap(&self, source: usize, touch: &Touch) -> f64 {
+        let used = self.scans[source].as_ref().map_or(1, |dense| used(&dense.surface));
+        (touch.support / used as f64).min(1.0)
+    }
+
+    /// The better one of the two sides that the normals may have; nothing where too little touches.
+    fn best(
+        &self,
+        source: usize,
+        target: usize,
+        pose: &RigidTransform,
+        reach: f64,
+        look: impl Fn(&PointToPlane, &Surface, &Surface) -> Refinement,
+    ) -> Option<Refinement> {
+        let (moving, fixed) = (self.scans[source].as_ref()?, self.scans[target].as_ref()?);
+        let reach = reach * self.pr;
+        if !near(&moving.surface, &fixed.surface, pose, reach) {
+            return None;
+        }
+        let schedule = Schedule {
+            start_radius: reach,
+            end_radius: reach,
+            scale: 0.5 * reach,
+            rounds: 1,
+            max_points: MOVING_POINTS,
+            min_normal_cosine: MIN_NORMAL_COSINE,
+            tolerance: 0.0,
+            freedom: Freedom::All,
+        };
+        let icp = PointToPlane { schedule };
+        let sides = [Some(&moving.surface), (!(moving.sure && fixed.sure)).then_some(&moving.turned)];
+        let found = sides.into_iter().flatten().map(|surface| look(&icp, surface, &fixed.surface));
+        let best = found.reduce(|a, b| if b.support > a.support { b } else { a })?;
+        let enough = (MIN_SHARE * used(&moving.surface) as f64).max(MIN_PAIRS as f64);
+        (best.n_pairs as f64 >= enough).then_some(best)
+    }
+}
+
+/// Points of a surface that are laid on others.
+fn used(surface: &Surface) -> usize {
+    surface.len().div_ceil(surface.len().div_ceil(MOVING_POINTS).max(1))
+}
+
+/// Whether it is worth looking closer.
+fn near(moving: &Surface, fixed: &Surface, pose: &RigidTransform, reach: f64) -> bool {
+    let step = moving.len().div_ceil(SCOUTS).max(1);
+    let scouts = moving.points().iter().step_by(step);
+    let found = scouts.filter(|p| {
+        let moved = (pose * nalgebra::Point3::from(wide(**p))).coords;
+        let nearest = fixed.index().nearest(&congruent_geometry::narrow(&moved));
+        nearest.is_some_and(|n| f64::from(n.distance_sq) <= reach * reach)
+    });
+    found.take(MIN_FOUND).count() >= MIN_FOUND
+}
+
+fn touch_of(refinement: &Refinement) -> Touch {
+    Touch { information: refinement.information, support: refinement.support, residual: refinement.residual }
+}
+
+impl Contact for Surfaces {
+    fn measure(&self, source: usize, target: usize, pose: &RigidTransform) -> Option<Touch> {
+        let look = |icp: &PointToPlane, moving: &Surface, fixed: &Surface| icp.measure(moving, fixed, pose);
+        self.best(source, target, pose, LAST_REACH, look).map(|refinement| touch_of(&refinement))
+    }
+
+    /// One step of point-to-plane ICP: all scans move together between two steps.
+    fn align(
+        &self,
+        source: usize,
+        target: usize,
+        pose: &RigidTransform,
+        round: usize,
+    ) -> Option<(RigidTransform, Touch)> {
+        let reach = (FIRST_REACH * SHRINKING.powf(round as f64)).max(LAST_REACH);
+        let look = |icp: &PointToPlane, moving: &Surface, fixed: &Surface| icp.refine(moving, fixed, pose);
+        let refinement = self.best(source, target, pose, reach, look)?;
+        Some((refinement.target_from_source, touch_of(&refinement)))
+    }
+}

@@ -1,0 +1,72 @@
+//! The result in words.
+
+use super::outcome::Outcome;
+use congruent_multiway::Fate;
+use std::collections::BTreeMap;
+
+/// Names that are listed before the rest is counted.
+const LISTED: usize = 8;
+
+pub(super) fn fate_name(fate: Option<&Fate>) -> &'static str {
+    match fate {
+        None => "no-touch",
+        Some(Fate::Kept) => "kept",
+        Some(Fate::Agrees) => "agrees",
+        Some(Fate::NoLoop { .. }) => "no-loop",
+        Some(Fate::Outvoted) => "outvoted",
+        Some(Fate::Unsupported) => "unsupported",
+        Some(Fate::Contradicted { .. }) => "contradicted",
+    }
+}
+
+/// Why; `pr` in data units.
+pub(super) fn fate_words(fate: Option<&Fate>, pr: f64) -> String {
+    match fate {
+        None => "the surfaces hardly touch under it".to_owned(),
+        Some(Fate::Kept) => "the poses rest on it".to_owned(),
+        Some(Fate::Agrees) => "not needed, and agrees with the poses".to_owned(),
+        Some(Fate::NoLoop { triangles }) => format!("closes none of the {triangles} triangles that it is in"),
+        Some(Fate::Outvoted) => "another pose of the pair closes more triangles".to_owned(),
+        Some(Fate::Unsupported) => "was not believed, and too few others bear it out".to_owned(),
+        Some(Fate::Contradicted { parting }) => {
+            format!("the poses that the others agree on part its surfaces by {:.1} pr", parting / pr)
+        }
+    }
+}
+
+/// The summary, a line each.
+pub(super) fn overview(outcome: &Outcome) -> Vec<String> {
+    let placed = outcome.scans.iter().filter(|scan| scan.component.is_some()).count();
+    let mut lines = vec![match outcome.components.as_slice() {
+        [] => format!("none of {} scans fits another", outcome.scans.len()),
+        [one] => format!("{placed} of {} scans in one frame, that of {}", outcome.scans.len(), one[0]),
+        several => {
+            format!("{placed} of {} scans in {} components that nothing joins", outcome.scans.len(), several.len())
+        }
+    }];
+    if outcome.components.len() > 1 {
+        let component = |(i, members): (usize, &Vec<String>)| {
+            format!("  {}: {} scans in the frame of {}: {}", i + 1, members.len(), members[0], listed(members))
+        };
+        lines.extend(outcome.components.iter().enumerate().map(component));
+    }
+    let without = outcome.scans.iter().filter_map(|scan| Some((&scan.scan, scan.problem.as_ref()?)));
+    lines.extend(without.map(|(scan, problem)| format!("  without a place: {scan}: {problem}")));
+    let mut fates: BTreeMap<&str, usize> = BTreeMap::new();
+    outcome.pairs.iter().for_each(|pair| *fates.entry(pair.fate).or_default() += 1);
+    let counted: Vec<String> = fates.iter().map(|(fate, n)| format!("{n} {fate}")).collect();
+    if !counted.is_empty() {
+        lines.push(format!("poses of pairs: {}", counted.join(", ")));
+    }
+    if outcome.refined {
+        let pairs = outcome.contacts.iter().filter(|contact| contact.ends[0] < contact.ends[1]).count();
+        lines.push(format!("refined together over {pairs} pairs of scans that touch"));
+    }
+    lines
+}
+
+fn listed(names: &[String]) -> String {
+    let rest = names.len().saturating_sub(LISTED);
+    let shown = names.iter().take(LISTED).cloned().collect::<Vec<_>>().join(", ");
+    if rest > 0 { format!("{shown} and {rest} more") } else { shown }
+}

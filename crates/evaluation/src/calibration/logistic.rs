@@ -1,0 +1,129 @@
+//! Logistic regression by Newton's method, with a little ridge so that separable data have an answer.
+
+use super::CalibrationRow;
+use congruent_pipeline::{Calibration, N_TERMS};
+use nalgebra::{SMatrix, SVector};
+
+const N: usize = N_TERMS + 1;
+const ROUNDS: usize = 60;
+/// A step below this ends the rounds.
+const TOLERANCE: f64 = 1e-10;
+/// Terms that vary less than this are constant.
+const MIN_SPREAD: f64 = 1e-9;
+
+/// The calibration under which the rows are most probable, given that its weights are normal with variance `1 / ridge` in
+/// units of each term's standard deviation. Rows without predictors and `Open` ones are left out; with no rows all
+/// weights are zero.
+#[must_use]
+pub fn fit<'a>(rows: impl IntoIterator<Item = &'a CalibrationRow>, ridge: f64) -> Calibration {
+    let examples: Vec<([f64; N_TERMS], bool)> = rows
+        .into_iter()
+        .filter(|row| row.teaches())
+        .filter_map(|row| Some((row.predictors?.terms(), row.is_right())))
+        .collect();
+    let (mean, spread) = moments(&examples);
+    let standard: Vec<(SVector<f64, N>, f64)> = examples
+        .iter()
+        .map(|(terms, right)| {
+            let x = SVector::from_fn(|i, _| if i == 0 { 1.0 } else { (terms[i - 1] - mean[i - 1]) / spread[i - 1] });
+            (x, f64::from(u8::from(*right)))
+        })
+        .collect();
+    let solution = newton(&standard, ridge);
+    let weights: [f64; N_TERMS] = std::array::from_fn(|i| solution[i + 1] / spread[i]);
+    let intercept = solution[0] - weights.iter().zip(mean).map(|(w, m)| w * m).sum::<f64>();
+    Calibration::new(intercept, weights)
+}
+
+/// Mean and standard deviation of each term.
+fn moments(examples: &[([f64; N_TERMS], bool)]) -> ([f64; N_TERMS], [f64; N_TERMS]) {
+    let n = examples.len().max(1) as f64;
+    let mean = std::array::from_fn(|i| examples.iter().map(|(x, _)| x[i]).sum::<f64>() / n);
+    let spread = std::array::from_fn(|i| {
+        let variance: f64 = examples.iter().map(|(x, _)| (x[i] - mean[i]).powi(2)).sum::<f64>() / n;
+        if variance.sqrt() > MIN_SPREAD { variance.sqrt() } else { 1.0 }
+    });
+    (mean, spread)
+}
+
+fn newton(examples: &[(SVector<f64, N>, f64)], ridge: f64) -> SVector<f64, N> {
+    let mut penalty = SMatrix::<f64, N, N>::identity() * ridge;
+    // The intercept is hardly held back: the share of right answers is what it is.
+    penalty[(0, 0)] = 1e-6 + ridge * 1e-3;
+    let mut weights = SVector::<f64, N>::zeros();
+    for _ in 0..ROUNDS {
+        let mut gradient = -penalty * weights;
+        let mut curvature = penalty;
+        for (x, y) in examples {
+            let p = 1.0 / (1.0 + (-weights.dot(x)).exp());
+            gradient += x * (y - p);
+            curvature += x * x.transpose() * (p * (1.0 - p));
+        }
+        let Some(step) = curvature.cholesky().map(|factor| factor.solve(&gradient)) else { break };
+        // Far from the optimum a whole step may overshoot.
+        weights += step * (3.0 / step.norm()).min(1.0);
+        if step.norm() < TOLERANCE {
+            break;
+        }
+    }
+    weights
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::calibration::Origin;
+    use congruent_geometry::random::Stream;
+    use congruent_pipeline::Predictors;
+
+    /// Rows whose answers are right with the probability that a calibration says.
+    pub(crate) fn rows_of(truth: &Calibration, n: u64) -> Vec<CalibrationRow> {
+        (0..n)
+            .map(|i| {
+                let mut stream = Stream::new(7, i);
+                let known = Predictors {
+                    score: stream.between(0.02, 0.8),
+                    overlap: 0.5,
+                    residual_pr: stream.between(0.05, 1.5),
+                    contradictions: 0.0,
+                    disagreeing: stream.between(0.0, 0.2),
+                    runner_up: stream.unit(),
+                    log10_false_alarms: stream.between(-12.0, 4.0),
+                    stiffness: 0.05,
+                };
+                let confidence = truth.confidence(&known);
+                let right = stream.unit() < confidence;
+                CalibrationRow {
+                    id: format!("{i}"),
+                    group: format!("{}", i / 3),
+                    origin: Origin::Listed,
+                    error_pr: right.then_some(1.0),
+                    verdict: if confidence > 0.6 { "ok".to_owned() } else { "failed".to_owned() },
+                    confidence,
+                    unique: true,
+                    predictors: Some(known),
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_coefficients_that_made_the_data_come_back() {
+        let truth = Calibration::new(4.0, [1.2, 0.3, -3.0, -2.0, -8.0]);
+        let found = fit(&rows_of(&truth, 20_000), 1e-3);
+        for (found, expected) in
+            found.weights().iter().zip(truth.weights()).chain([(&found.intercept, truth.intercept)])
+        {
+            assert!((found - expected).abs() < 0.12 * expected.abs() + 0.05, "{found} {expected}");
+        }
+    }
+
+    #[test]
+    fn separable_and_empty_data_have_an_answer() {
+        let truth = Calibration::new(400.0, [120.0, 30.0, -300.0, -200.0, -800.0]);
+        let found = fit(&rows_of(&truth, 300), 0.1);
+        assert!(found.weights().iter().all(|w| w.is_finite()));
+        let none = fit(&[], 0.1);
+        assert!(none.weights() == [0.0; N_TERMS] && none.intercept == 0.0);
+    }
+}

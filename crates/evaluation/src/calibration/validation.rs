@@ -1,0 +1,190 @@
+//! What a calibration is worth: cross-validated figures.
+
+use super::{CalibrationRow, Origin, fit};
+use congruent_pipeline::Calibration;
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// Parts that the groups are dealt into; each is judged by the others.
+const FOLDS: usize = 5;
+/// Ridges among which the most probable is chosen.
+const RIDGES: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0];
+/// Probabilities nearer to zero or one than this are as good as certain.
+const NEARLY_CERTAIN: f64 = 1e-6;
+/// Bins of the reliability table.
+const BINS: usize = 10;
+
+/// A calibration and what it does on pairs that it has not seen.
+pub struct Validation<'a> {
+    rows: &'a [CalibrationRow],
+    /// Of each row, by a model that knows no row of its group.
+    unseen: Vec<f64>,
+    min_confidence: f64,
+    /// Made from all rows.
+    pub calibration: Calibration,
+    /// Variance of the weights is one over this.
+    pub ridge: f64,
+}
+
+impl<'a> Validation<'a> {
+    /// Fits all rows, and in five parts for the figures. `min_confidence` is from where an answer is believed.
+    #[must_use]
+    pub fn new(rows: &'a [CalibrationRow], min_confidence: f64) -> Self {
+        let folds = folds(rows);
+        let candidates = RIDGES.map(|ridge| (ridge, unseen(rows, &folds, ridge)));
+        let (ridge, unseen) = candidates
+            .into_iter()
+            .min_by(|(_, a), (_, b)| surprise(rows, a).total_cmp(&surprise(rows, b)))
+            .expect("there are ridges to choose from");
+        Validation { rows, unseen, min_confidence, calibration: fit(rows, ridge), ridge }
+    }
+
+    /// Area under the curve: how often a right answer has more confidence than a wrong one.
+    #[must_use]
+    pub fn auc(&self) -> f64 {
+        let of = |right: bool| -> Vec<f64> {
+            self.taught().filter(|(row, _)| row.is_right() == right).map(|(_, p)| p).collect()
+        };
+        let (right, wrong) = (of(true), of(false));
+        let wins: f64 = right
+            .iter()
+            .flat_map(|r| {
+                wrong.iter().map(move |w| {
+                    if r > w {
+                        1.0
+                    } else if r < w {
+                        0.0
+                    } else {
+                        0.5
+                    }
+                })
+            })
+            .sum();
+        wins / (right.len() * wrong.len()).max(1) as f64
+    }
+
+    /// Right ones of the answers that would be called `ok`, all that would be, and all right ones.
+    #[must_use]
+    pub fn believed(&self) -> (usize, usize, usize) {
+        let closed = || self.all().filter(|(row, _)| row.origin != Origin::Open);
+        let said = closed().filter(|(row, p)| self.is_ok(row, *p));
+        let right_said = said.clone().filter(|(row, _)| row.is_right()).count();
+        (right_said, said.count(), closed().filter(|(row, _)| row.is_right()).count())
+    }
+
+    /// For each bin of confidence: rows, mean confidence, share of right ones.
+    #[must_use]
+    pub fn reliability(&self) -> Vec<(usize, f64, f64)> {
+        let mut bins = vec![(0usize, 0.0, 0.0); BINS];
+        for (row, p) in self.taught() {
+            let bin = &mut bins[((p * BINS as f64) as usize).min(BINS - 1)];
+            bin.0 += 1;
+            bin.1 += p;
+            bin.2 += f64::from(u8::from(row.is_right()));
+        }
+        bins.into_iter().map(|(n, p, right)| (n, p / n.max(1) as f64, right / n.max(1) as f64)).collect()
+    }
+
+    fn is_ok(&self, row: &CalibrationRow, p: f64) -> bool {
+        p >= self.min_confidence && row.unique
+    }
+
+    fn all(&self) -> impl Iterator<Item = (&'a CalibrationRow, f64)> + Clone {
+        self.rows.iter().zip(self.unseen.iter().copied())
+    }
+
+    fn taught(&self) -> impl Iterator<Item = (&'a CalibrationRow, f64)> {
+        self.all().filter(|(row, _)| row.teaches())
+    }
+}
+
+/// Which part each row is in: groups are dealt in the order of their names.
+fn folds(rows: &[CalibrationRow]) -> Vec<usize> {
+    let mut groups: BTreeMap<&str, usize> = rows.iter().map(|row| (row.group.as_str(), 0)).collect();
+    groups.values_mut().enumerate().for_each(|(i, fold)| *fold = i % FOLDS);
+    rows.iter().map(|row| groups[row.group.as_str()]).collect()
+}
+
+/// Confidence in each row by the model of the other parts; zero where there is no pose.
+fn unseen(rows: &[CalibrationRow], folds: &[usize], ridge: f64) -> Vec<f64> {
+    let models: Vec<Calibration> = (0..FOLDS)
+        .map(|fold| fit(rows.iter().zip(folds).filter(|(_, f)| **f != fold).map(|(row, _)| row), ridge))
+        .collect();
+    let confidence =
+        |(row, fold): (&CalibrationRow, &usize)| row.predictors.map_or(0.0, |known| models[*fold].confidence(&known));
+    rows.iter().zip(folds).map(confidence).collect()
+}
+
+/// Negative logarithm of the probability of what happened.
+fn surprise(rows: &[CalibrationRow], p: &[f64]) -> f64 {
+    let each = rows.iter().zip(p).filter(|(row, _)| row.teaches()).map(|(row, p)| {
+        let p = p.clamp(NEARLY_CERTAIN, 1.0 - NEARLY_CERTAIN);
+        -(if row.is_right() { p } else { 1.0 - p }).ln()
+    });
+    each.sum()
+}
+
+impl fmt::Display for Validation<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (right_said, said, right) = self.believed();
+        let percent = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
+        writeln!(f, "Cross-validated in {FOLDS} parts, ridge {}; right is below 5 pr.\n", self.ridge)?;
+        writeln!(f, "AUC of the confidence, right against wrong: {:.4}", self.auc())?;
+        writeln!(f, "right among those said ok: {right_said} of {said} ({:.2} %)", percent(right_said, said))?;
+        writeln!(f, "said ok among the right ones: {right_said} of {right} ({:.2} %)\n", percent(right_said, right))?;
+        writeln!(f, "| pairs | number | right | said ok | of these right |")?;
+        writeln!(f, "|---|---|---|---|---|")?;
+        let origins: BTreeMap<Origin, ()> = self.rows.iter().map(|row| (row.origin, ())).collect();
+        for origin in origins.into_keys() {
+            let here = || self.all().filter(move |(row, _)| row.origin == origin);
+            let said = || here().filter(|(row, p)| self.is_ok(row, *p));
+            let right = |(row, _): &(&CalibrationRow, f64)| row.is_right();
+            let (n, n_right, n_said, n_good) =
+                (here().count(), here().filter(right).count(), said().count(), said().filter(right).count());
+            writeln!(f, "| {origin:?} | {n} | {n_right} | {n_said} | {n_good} |")?;
+        }
+        writeln!(f, "\n| confidence | pairs | mean confidence | share right |")?;
+        writeln!(f, "|---|---|---|---|")?;
+        for (bin, (n, p, right)) in self.reliability().into_iter().enumerate() {
+            let (low, high) = (bin as f64 / BINS as f64, (bin + 1) as f64 / BINS as f64);
+            writeln!(f, "| {low:.1} to {high:.1} | {n} | {p:.3} | {right:.3} |")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::logistic::tests::rows_of;
+    use super::*;
+
+    #[test]
+    fn a_model_that_fits_is_reliable_and_its_figures_add_up() {
+        let truth = Calibration::new(4.0, [1.2, 0.3, -3.0, -2.0, -8.0]);
+        let rows = rows_of(&truth, 3000);
+        let validation = Validation::new(&rows, 0.6);
+        for (n, p, right) in validation.reliability() {
+            assert!(n < 100 || (p - right).abs() < 0.08, "{n} {p} {right}");
+        }
+        let (right_said, said, right) = validation.believed();
+        assert!(right_said <= said && right_said <= right && said > 0);
+        assert_eq!(right, rows.iter().filter(|row| row.is_right()).count());
+        assert!(validation.auc() > 0.8);
+    }
+
+    #[test]
+    fn no_group_is_on_both_sides() {
+        let rows = rows_of(&Calibration::new(0.0, [0.0; 5]), 300);
+        let folds = folds(&rows);
+        for (a, b) in (0..300).flat_map(|a| (0..300).map(move |b| (a, b))) {
+            assert!(rows[a].group != rows[b].group || folds[a] == folds[b]);
+        }
+    }
+
+    #[test]
+    fn nothing_to_learn_from_gives_an_even_guess() {
+        let validation = Validation::new(&[], 0.6);
+        assert!(validation.believed() == (0, 0, 0) && validation.auc() == 0.0);
+        assert!(validation.to_string().contains("0 of 0"));
+    }
+}

@@ -1,0 +1,242 @@
+//! One pair under measurement: each stage up to the matches is run once for all that ask for it.
+
+use super::{MeasuredOn, Nuisance, Problem};
+use crate::GroundTruth;
+use congruent_descriptors::Features;
+use congruent_geometry::{Length, RawScan, RigidTransform, Scan, Surface};
+use congruent_matching::Correspondence;
+use congruent_pipeline::stages::{self, Prepared};
+use congruent_pipeline::{Pair, PipelineConfig, SamplingConfig};
+use std::rc::Rc;
+
+/// Two scans, their truth, and what was made of them so far.
+pub(super) struct Bench<'a> {
+    scans: Pair<&'a RawScan>,
+    clean: Pair<Scan>,
+    truth: RigidTransform,
+    /// On the scans as they came.
+    judge: Rc<GroundTruth>,
+    unspoilt: Shelf<PipelineConfig, Unspoilt>,
+    grounds: Shelf<(PipelineConfig, Nuisance), Ground>,
+    features: Shelf<(PipelineConfig, Side), Features>,
+    matches: Shelf<(PipelineConfig, Nuisance), Vec<Correspondence>>,
+}
+
+/// The pair as it came, prepared.
+struct Unspoilt {
+    surfaces: Pair<Surface>,
+    raw_resolution: f64,
+    resolution: f64,
+    /// Lengths stay those of the unspoilt pair: a nuisance changes the data, not the settings.
+    config: PipelineConfig,
+}
+
+/// What keypoints are looked for on.
+struct Ground {
+    surfaces: Pair<Surface>,
+    /// From the centred target, which may be spoilt, to the centred clean one.
+    to_clean: RigidTransform,
+}
+
+/// Whose features.
+#[derive(Clone, Copy, PartialEq)]
+enum Side {
+    Source(Nuisance),
+    Target(Nuisance),
+}
+
+/// A chain under a nuisance, run as far as its matches.
+pub(super) struct Case {
+    pub(super) surfaces: Pair<Surface>,
+    pub(super) matches: Rc<Vec<Correspondence>>,
+    pub(super) resolution: f64,
+    pub(super) judge: Rc<GroundTruth>,
+    pub(super) to_clean: RigidTransform,
+}
+
+impl<'a> Bench<'a> {
+    pub(super) fn new(scans: Pair<&'a RawScan>, truth: &RigidTransform) -> Result<Self, Problem> {
+        let clean = scans.map(|raw| Scan::new(raw)).both()?;
+        let judge = Rc::new(GroundTruth::of_scans(clean.as_ref(), truth));
+        Ok(Bench {
+            scans,
+            clean,
+            truth: *truth,
+            judge,
+            unspoilt: Shelf::default(),
+            grounds: Shelf::default(),
+            features: Shelf::default(),
+            matches: Shelf::default(),
+        })
+    }
+
+    /// The chain up to the matches; the target spoilt, the source and the settings as if it were not.
+    pub(super) fn case(
+        &mut self,
+        config: &PipelineConfig,
+        nuisance: Nuisance,
+        measured_on: MeasuredOn,
+    ) -> Result<Case, Problem> {
+        let unspoilt = self.unspoilt(config)?;
+        let judge = self.judge(measured_on, &unspoilt.surfaces);
+        if !judge.is_evaluable() {
+            return Err(Problem::NotEvaluable { shared: judge.n_shared() });
+        }
+        let ground = self.ground(config, nuisance, &unspoilt)?;
+        let matches = self.matches(config, nuisance, &ground, unspoilt.resolution);
+        let Ground { surfaces, to_clean } = &*ground;
+        let resolution = unspoilt.resolution;
+        Ok(Case { surfaces: surfaces.clone(), matches, resolution, judge, to_clean: *to_clean })
+    }
+
+    fn judge(&self, on: MeasuredOn, surfaces: &Pair<Surface>) -> Rc<GroundTruth> {
+        match on {
+            MeasuredOn::Scans => self.judge.clone(),
+            MeasuredOn::Sampled => {
+                let origins = self.clean.as_ref().map(|scan| *scan.origin());
+                let points = Pair { source: surfaces.source.points(), target: surfaces.target.points() };
+                Rc::new(GroundTruth::of_points(points, origins, &self.truth))
+            }
+        }
+    }
+
+    fn unspoilt(&mut self, config: &PipelineConfig) -> Result<Rc<Unspoilt>, Problem> {
+        let clean = &self.clean;
+        self.unspoilt.get_or(up_to_surfaces(config), || {
+            let Prepared { surfaces, raw_resolution, resolution } =
+                stages::prepare(&[&clean.source, &clean.target], config, None)?;
+            let config = with_fixed_leaf(config, raw_resolution);
+            Ok(Unspoilt { surfaces: Pair::of_two(surfaces), raw_resolution, resolution, config })
+        })
+    }
+
+    fn ground(
+        &mut self,
+        config: &PipelineConfig,
+        nuisance: Nuisance,
+        unspoilt: &Unspoilt,
+    ) -> Result<Rc<Ground>, Problem> {
+        let (scans, clean) = (&self.scans, &self.clean);
+        self.grounds.get_or((up_to_surfaces(config), nuisance), || {
+            if nuisance == (Nuisance::None {}) {
+                return Ok(Ground { surfaces: unspoilt.surfaces.clone(), to_clean: RigidTransform::identity() });
+            }
+            let spoilt = Scan::new(&nuisance.apply(scans.target, unspoilt.raw_resolution, config.seed))?;
+            let offset = spoilt.origin() - clean.target.origin();
+            let both = [&clean.source, &spoilt];
+            // A fixed grid treats each scan by itself, and the source is what it was; a budget is one for both.
+            let shared = matches!(config.sampling, SamplingConfig::Budget(_));
+            let wanted = if shared { &both[..] } else { &both[1..] };
+            let mut prepared = stages::prepare(wanted, &unspoilt.config, Some(unspoilt.resolution))?.surfaces;
+            let target = prepared.pop().expect("as many surfaces as scans");
+            let source = prepared.pop().unwrap_or_else(|| unspoilt.surfaces.source.clone());
+            let to_clean = RigidTransform::translation(offset.x, offset.y, offset.z);
+            Ok(Ground { surfaces: Pair { source, target }, to_clean })
+        })
+    }
+
+    fn matches(
+        &mut self,
+        config: &PipelineConfig,
+        nuisance: Nuisance,
+        ground: &Ground,
+        resolution: f64,
+    ) -> Rc<Vec<Correspondence>> {
+        let of_source = match config.sampling {
+            SamplingConfig::Budget(_) => nuisance,
+            _ => Nuisance::None {},
+        };
+        let surfaces = &ground.surfaces;
+        let mut features = |side, surface| {
+            self.features.always((up_to_features(config), side), || described(surface, config, resolution))
+        };
+        let source = features(Side::Source(of_source), &surfaces.source);
+        let target = features(Side::Target(nuisance), &surfaces.target);
+        self.matches.always((up_to_matches(config), nuisance), || config.matcher.build().matches(&source, &target))
+    }
+}
+
+fn described(surface: &Surface, config: &PipelineConfig, resolution: f64) -> Features {
+    let keypoints = stages::detect(surface, config, resolution);
+    let points: Vec<u32> = keypoints.iter().map(|keypoint| keypoint.index).collect();
+    stages::describe(surface, &points, config, resolution)
+}
+
+/// What surfaces depend on; all else as by default.
+fn up_to_surfaces(config: &PipelineConfig) -> PipelineConfig {
+    let PipelineConfig { seed, sampling, normals, .. } = config.clone();
+    PipelineConfig { seed, sampling, normals, ..PipelineConfig::default() }
+}
+
+/// What features depend on.
+fn up_to_features(config: &PipelineConfig) -> PipelineConfig {
+    let PipelineConfig { detector, support, descriptor, .. } = config.clone();
+    PipelineConfig { detector, support, descriptor, ..up_to_surfaces(config) }
+}
+
+/// What matches depend on.
+pub(super) fn up_to_matches(config: &PipelineConfig) -> PipelineConfig {
+    PipelineConfig { matcher: config.matcher.clone(), ..up_to_features(config) }
+}
+
+/// The same grid for any scan.
+fn with_fixed_leaf(config: &PipelineConfig, raw_resolution: f64) -> PipelineConfig {
+    let mut config = config.clone();
+    let leaf = match &mut config.sampling {
+        SamplingConfig::None {} => return config,
+        SamplingConfig::VoxelGrid(grid) => &mut grid.leaf,
+        SamplingConfig::Budget(budget) => &mut budget.leaf,
+    };
+    *leaf = Length::Units(leaf.resolve(raw_resolution));
+    config
+}
+
+/// Things made once for each key. Few keys: they are looked through one by one.
+struct Shelf<K, V>(Vec<(K, Rc<V>)>);
+
+impl<K, V> Default for Shelf<K, V> {
+    fn default() -> Self {
+        Shelf(Vec::new())
+    }
+}
+
+impl<K: PartialEq, V> Shelf<K, V> {
+    fn get_or(&mut self, key: K, make: impl FnOnce() -> Result<V, Problem>) -> Result<Rc<V>, Problem> {
+        if let Some((_, value)) = self.0.iter().find(|(known, _)| *known == key) {
+            return Ok(value.clone());
+        }
+        let value = Rc::new(make()?);
+        self.0.push((key, value.clone()));
+        Ok(value)
+    }
+
+    fn always(&mut self, key: K, make: impl FnOnce() -> V) -> Rc<V> {
+        self.get_or(key, || Ok(make())).expect("making it cannot fail")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use congruent_simulation::pair::{PairOptions, figurine_pair};
+
+    #[test]
+    fn what_is_shared_is_what_would_be_made_afresh() {
+        let pair = figurine_pair(&PairOptions { pixels: 130, view_angle: 0.4, ..PairOptions::default() });
+        let scans = Pair { source: &pair.source, target: &pair.target };
+        let bench = || Bench::new(scans, &pair.target_from_source).unwrap();
+        let config = PipelineConfig::default();
+        let grid = SamplingConfig::VoxelGrid(Default::default());
+        for config in [PipelineConfig { sampling: grid, ..config.clone() }, config] {
+            let mut shared = bench();
+            for nuisance in [Nuisance::None {}, Nuisance::Noise(0.3), Nuisance::Holes(6), Nuisance::Noise(0.3)] {
+                let ours = shared.case(&config, nuisance, MeasuredOn::Scans).unwrap();
+                let fresh = bench().case(&config, nuisance, MeasuredOn::Scans).unwrap();
+                assert_eq!(ours.matches, fresh.matches, "{nuisance}");
+                assert_eq!(ours.surfaces.source.points(), fresh.surfaces.source.points());
+                assert!(ours.matches.len() > 20, "{nuisance}: {}", ours.matches.len());
+            }
+            assert_eq!((shared.matches.0.len(), shared.unspoilt.0.len()), (3, 1));
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! A regular grid of cubic cells around a cloud.
+
+use crate::Point;
+
+/// Where the cells are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Grid {
+    pub(crate) low: Point,
+    /// Side of a cell, data units.
+    pub(crate) side: f32,
+    /// Cells along each axis.
+    pub(crate) size: [usize; 3],
+}
+
+impl Grid {
+    /// Holds all points with a margin around them; the cells grow until there are at most so many. No cells for no points.
+    pub(crate) fn around(points: &[Point], side: f64, margin: f64, max_cells: f64) -> Grid {
+        let mut low = [f32::INFINITY; 3];
+        let mut high = [f32::NEG_INFINITY; 3];
+        for point in points {
+            for axis in 0..3 {
+                low[axis] = low[axis].min(point[axis]);
+                high[axis] = high[axis].max(point[axis]);
+            }
+        }
+        if points.is_empty() {
+            return Grid { low: [0.0; 3], side: side as f32, size: [0; 3] };
+        }
+        let length = |axis: usize| f64::from(high[axis]) - f64::from(low[axis]) + 2.0 * margin;
+        let mut side = side;
+        while (0..3).map(|axis| length(axis) / side + 1.0).product::<f64>() > max_cells {
+            side *= 1.2;
+        }
+        Grid {
+            low: low.map(|v| v - margin as f32),
+            side: side as f32,
+            size: std::array::from_fn(|axis| (length(axis) / side) as usize + 1),
+        }
+    }
+
+    pub(crate) fn n_cells(&self) -> usize {
+        self.size.iter().product()
+    }
+
+    /// Coordinates in cells.
+    pub(crate) fn place(&self, point: &Point) -> Point {
+        std::array::from_fn(|axis| (point[axis] - self.low[axis]) / self.side)
+    }
+
+    /// The number of a cell; those along x follow each other.
+    pub(crate) fn number(&self, [x, y, z]: [usize; 3]) -> usize {
+        (z * self.size[1] + y) * self.size[0] + x
+    }
+}

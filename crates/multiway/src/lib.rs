@@ -1,0 +1,41 @@
+//! Many scans into one frame.
+//!
+//! Registered pairs, right and wrong, go in as [`Candidate`]s. Loops of three vote on them, a robust pose graph
+//! (Choi, Zhou, Koltun 2015) solves for all poses and prunes what does not fit, parts that were left over join where
+//! several doubtful pairs agree, and a joint refinement lets every two scans that touch have their say. Scans that
+//! nothing holds together stay in components of their own. [`reconstruct`] reads like that.
+//!
+//! Nothing here opens a file or registers a pair; what needs the surfaces themselves is asked of a [`Contact`]. All
+//! results are the same bits on any number of threads, and do not depend on the order of scans or candidates but for
+//! rounding.
+
+mod bridges;
+mod candidate;
+mod edge;
+mod forest;
+mod joint;
+mod reconstruct;
+mod robust;
+mod settings;
+mod solve;
+mod uncertainty;
+mod votes;
+
+#[cfg(test)]
+mod tests;
+
+pub use candidate::{Belief, Candidate, Fate, Touch};
+pub use edge::Edge;
+pub use joint::{Contact, NoContact};
+pub use reconstruct::{Reconstruction, reconstruct};
+pub use settings::Settings;
+pub use solve::{Solution, solve};
+
+use nalgebra::Vector3;
+
+/// One scan as the graph sees it.
+#[derive(Clone, Debug, Default)]
+pub struct Node {
+    /// Points spread evenly over the scan, in its own frame. Two poses are compared by how far apart they put these.
+    pub probes: Vec<Vector3<f64>>,
+}

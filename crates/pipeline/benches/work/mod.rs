@@ -1,0 +1,7 @@
+//! The work that the benchmark and the comparison with other libraries time: one function a stage, on one scan.
+
+mod inputs;
+mod stages;
+
+pub(crate) use inputs::Inputs;
+pub(crate) use stages::{STAGES, Stage};

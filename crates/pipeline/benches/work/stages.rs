@@ -1,0 +1,149 @@
+//! One function a stage. What a stage needs is made beforehand and not timed.
+
+use super::Inputs;
+use super::inputs::{LEAF, NEIGHBORS};
+use congruent_descriptors::{Descriptor, FpfhConfig, ShotConfig, SpinImageConfig};
+use congruent_estimators::{Compatibility, Pivots, ThreePoint, sample};
+use congruent_geometry::{
+    Length, NeighborIndex, Neighborhood, Orientation, Point, RigidTransform, Scan, estimate_normals, fit_three, orient,
+    resolution, voxel_centroids,
+};
+use congruent_io::read_scan;
+use congruent_keypoints::{Detector, HarrisConfig, IssConfig};
+use congruent_matching::nearest_k;
+use congruent_metrics::{InlierCount, Metric, Summed};
+use congruent_refinement::{Freedom, PointToPlane, Refiner, Schedule};
+use nalgebra::Vector3;
+use std::fmt;
+
+/// Three-point fits.
+const FITS: usize = 100_000;
+/// Trials of a RANSAC run.
+const TRIALS: u64 = 10_000;
+/// Inliers of a pose of the simulated correspondences, whose resolution is 1.
+const THRESHOLD: f64 = 7.5;
+/// Iterations of ICP: all of them, however early it converges.
+const ICP_ITERATIONS: usize = 20;
+/// The compatibility graph of `default`, resolution 1.
+const COMPATIBLE: Compatibility = Compatibility { tolerance: 4.0, min_distance: 8.0, max_angle: 0.45, max_cosine: 0.4 };
+/// Pivots of `default`.
+const PIVOTS: usize = 8000;
+
+/// Something to time.
+pub(crate) struct Stage {
+    /// What other programs call it too.
+    pub(crate) name: &'static str,
+    /// Does it, and says how many things came out.
+    pub(crate) run: fn(&Inputs) -> usize,
+}
+
+impl fmt::Display for Stage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+/// All of them, in the order of the chain.
+pub(crate) const STAGES: &[Stage] = &[
+    Stage { name: "read-ply", run: |i| read_scan(&i.file).map_or(0, |scan| scan.points.len()) },
+    Stage { name: "clean", run: |i| Scan::new(&i.raw).map_or(0, |scan| scan.points().len()) },
+    Stage { name: "index", run: |i| NeighborIndex::new(i.surface.points()).len() },
+    Stage { name: "resolution", run: |i| resolution(i.surface.points(), i.surface.index()).iter().count() },
+    Stage { name: "voxel-grid", run: |i| voxel_centroids(i.surface.points(), None, LEAF * i.pr()).points.len() },
+    Stage { name: "normals", run: normals },
+    Stage { name: "orientation", run: orientation },
+    Stage { name: "iss", run: iss },
+    Stage { name: "harris-3pr", run: |i| harris(i, 3.0) },
+    Stage { name: "harris-5pr", run: |i| harris(i, 5.0) },
+    Stage { name: "harris-7pr", run: |i| harris(i, 7.0) },
+    Stage { name: "shot", run: |i| ShotConfig::default().build(i.pr()).describe(&i.surface, &i.keypoints).len() },
+    Stage {
+        name: "spin-image",
+        run: |i| SpinImageConfig::default().build(i.pr()).describe(&i.surface, &i.keypoints).len(),
+    },
+    Stage { name: "fpfh", run: fpfh },
+    Stage { name: "match-352", run: |i| nearest_k(&i.long[0], &i.long[1], 2).len() },
+    Stage { name: "match-33", run: |i| nearest_k(&i.short[0], &i.short[1], 2).len() },
+    Stage { name: "score", run: score },
+    Stage { name: "fit-three", run: fits },
+    Stage { name: "ransac", run: ransac },
+    Stage { name: "pivots", run: pivots },
+    Stage { name: "icp-plane", run: icp },
+];
+
+fn normals(inputs: &Inputs) -> usize {
+    let surface = &inputs.surface;
+    estimate_normals(surface.points(), surface.index(), Neighborhood::Nearest(NEIGHBORS)).len()
+}
+
+fn orientation(inputs: &Inputs) -> usize {
+    let surface = &inputs.thinned;
+    let mut normals: Vec<Point> = surface.normals().to_vec();
+    let (origin, pr) = (Vector3::zeros(), surface.resolution());
+    orient(Orientation::Estimated {}, surface.points(), &origin, surface.index(), pr, &mut normals);
+    normals.len()
+}
+
+/// At the radii that Open3D takes by itself.
+fn iss(inputs: &Inputs) -> usize {
+    let config = IssConfig {
+        salient_radius: Length::Resolutions(6.0),
+        suppression_radius: Length::Resolutions(4.0),
+        ..IssConfig::default()
+    };
+    config.build(inputs.pr()).detect(&inputs.surface).len()
+}
+
+fn harris(inputs: &Inputs, radius: f64) -> usize {
+    let config = HarrisConfig { radius: Length::Resolutions(radius), ..HarrisConfig::default() };
+    config.build(inputs.pr()).detect(&inputs.surface).len()
+}
+
+/// Of all points of the thinned cloud.
+fn fpfh(inputs: &Inputs) -> usize {
+    let all: Vec<u32> = (0..inputs.thinned.len() as u32).collect();
+    FpfhConfig::default().build(inputs.pr()).describe(&inputs.thinned, &all).len()
+}
+
+/// On one thread: the loop over the poses is what is parallel elsewhere.
+fn score(inputs: &Inputs) -> usize {
+    let metric = Summed(InlierCount::new(THRESHOLD));
+    let inliers = |pose: &RigidTransform| metric.score(&inputs.evidence, pose).value() as usize;
+    inputs.poses.iter().map(inliers).sum()
+}
+
+/// On one thread.
+fn fits(inputs: &Inputs) -> usize {
+    let evidence = &inputs.evidence;
+    let n = evidence.len();
+    let three = |i: usize| [i % n, (7 * i + 1) % n, (13 * i + 5) % n];
+    (0..FITS)
+        .filter(|&i| fit_three(&three(i).map(|i| evidence.source(i)), &three(i).map(|i| evidence.target(i))).is_some())
+        .count()
+}
+
+fn ransac(inputs: &Inputs) -> usize {
+    let generator = ThreePoint::new(&inputs.evidence, TRIALS, 1);
+    sample(&generator, &Summed(InlierCount::new(THRESHOLD)), &inputs.evidence, 1).len()
+}
+
+fn pivots(inputs: &Inputs) -> usize {
+    let generator = Pivots::new(&inputs.graph_evidence, &COMPATIBLE, PIVOTS);
+    sample(&generator, &Summed(InlierCount::new(THRESHOLD)), &inputs.graph_evidence, 1).len()
+}
+
+fn icp(inputs: &Inputs) -> usize {
+    let pr = inputs.pr();
+    let settings = Schedule {
+        start_radius: 6.0 * pr,
+        end_radius: 6.0 * pr,
+        rounds: ICP_ITERATIONS,
+        max_points: usize::MAX,
+        min_normal_cosine: -1.0,
+        scale: 3.0 * pr,
+        tolerance: 0.0,
+        freedom: Freedom::All,
+    };
+    let start = RigidTransform::new(Vector3::new(2.0 * pr, -pr, pr), Vector3::new(0.01, -0.02, 0.01));
+    PointToPlane { schedule: settings }.refine(&inputs.moving, &inputs.fixed, &start).n_pairs
+}

@@ -1,0 +1,57 @@
+//! What the attempts at one pair share: a stage whose settings are the same is not run again.
+
+use crate::chain::Prepared;
+use crate::{Pair, PipelineConfig, SamplingConfig, Signs};
+use congruent_descriptors::{DescriptorConfig, Features};
+use congruent_keypoints::Keypoint;
+use congruent_matching::Correspondence;
+
+/// What has been made for one pair so far. Of the settings only those are looked at that an escalation can change.
+#[derive(Default)]
+pub(crate) struct Memory {
+    /// By sampling; with the signs of the normals as they were settled.
+    pub(crate) prepared: Known<SamplingConfig, Sampled>,
+    pub(crate) described: Known<Setting, (Pair<Vec<Keypoint>>, Pair<Features>)>,
+    pub(crate) matches: Known<Setting, Vec<Correspondence>>,
+}
+
+/// Surfaces and the lengths that go with them.
+#[derive(Clone)]
+pub(crate) struct Sampled {
+    pub(crate) prepared: Prepared,
+    pub(crate) raw_resolution: f64,
+    pub(crate) resolution: f64,
+}
+
+/// What descriptors and matches depend on.
+#[derive(Clone, PartialEq)]
+pub(crate) struct Setting {
+    sampling: SamplingConfig,
+    signs: Signs,
+    descriptor: DescriptorConfig,
+}
+
+impl Setting {
+    pub(crate) fn new(config: &PipelineConfig, signs: Signs) -> Self {
+        Setting { sampling: config.sampling.clone(), signs, descriptor: config.descriptor.clone() }
+    }
+}
+
+/// A short list of things made, by what they were made for.
+pub(crate) struct Known<K, V>(Vec<(K, V)>);
+
+impl<K, V> Default for Known<K, V> {
+    fn default() -> Self {
+        Known(Vec::new())
+    }
+}
+
+impl<K: PartialEq, V: Clone> Known<K, V> {
+    pub(crate) fn get(&self, key: &K) -> Option<V> {
+        self.0.iter().find(|(known, _)| known == key).map(|(_, value)| value.clone())
+    }
+
+    pub(crate) fn keep(&mut self, key: K, value: &V) {
+        self.0.push((key, value.clone()));
+    }
+}

@@ -1,0 +1,165 @@
+//! What is known of a pose before the scans are looked at, and which poses it leaves.
+
+use crate::Pair;
+use congruent_geometry::{Length, RigidTransform, angle_between};
+use congruent_refinement::Freedom;
+use nalgebra::{Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
+
+/// How far a proposed pose of levelled scans may be from level, radians; it is then made level.
+const MAX_TILT: f64 = 0.26;
+
+/// What is known of a pose before the scans are looked at. By default nothing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Prior {
+    /// A pose that may be near.
+    pub guess: Option<Guess>,
+    /// Which way is up in both scans, where they are levelled: the pose then turns about this direction only. Poses that
+    /// the correspondences propose may tilt by up to 15° and are made level; refinement keeps them so.
+    pub up: Option<Unit<Vector3<f64>>>,
+}
+
+/// A pose that may be near, and how far from it the answer may be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Guess {
+    /// Between file coordinates.
+    pub target_from_source: RigidTransform,
+    /// Angle between the answer's rotation and the guess's, radians; any where there is none.
+    pub max_rotation: Option<f64>,
+    /// Distance between where the answer and where the guess puts the source's centre (the middle of its bounding box);
+    /// any where there is none.
+    pub max_translation: Option<Length>,
+}
+
+impl Prior {
+    /// A guess that bounds nothing.
+    #[must_use]
+    pub fn guess(target_from_source: RigidTransform) -> Prior {
+        Prior { guess: Some(Guess { target_from_source, max_rotation: None, max_translation: None }), up: None }
+    }
+
+    /// The same for scans that were centred at these origins.
+    pub(crate) fn bounds(&self, origins: &Pair<Vector3<f64>>) -> Bounds {
+        let mut bounds = Bounds { guess: self.guess.clone(), up: self.up };
+        if let Some(guess) = &mut bounds.guess {
+            let pose = &guess.target_from_source;
+            let shift = pose * nalgebra::Point3::from(origins.source) - nalgebra::Point3::from(origins.target);
+            guess.target_from_source = RigidTransform::from_parts(Translation3::from(shift), pose.rotation);
+        }
+        bounds.guess =
+            bounds.guess.map(|guess| Guess { target_from_source: level(&guess.target_from_source, self.up), ..guess });
+        bounds
+    }
+}
+
+/// The poses between the centred clouds that may be the answer.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Bounds {
+    guess: Option<Guess>,
+    up: Option<Unit<Vector3<f64>>>,
+}
+
+impl Bounds {
+    /// Whether any pose will do.
+    pub(crate) fn are_open(&self) -> bool {
+        let open = |guess: &Guess| guess.max_rotation.is_none() && guess.max_translation.is_none();
+        self.up.is_none() && self.guess.as_ref().is_none_or(open)
+    }
+
+    /// The guess, made level where the scans are.
+    pub(crate) fn guess(&self) -> Option<RigidTransform> {
+        self.guess.as_ref().map(|guess| guess.target_from_source)
+    }
+
+    /// What a refinement may do.
+    pub(crate) fn freedom(&self) -> Freedom {
+        self.up.map_or(Freedom::All, Freedom::About)
+    }
+
+    /// The pose, made level where the scans are; nothing where it is out of bounds. `resolution` is what `pr` means.
+    pub(crate) fn admitted(&self, pose: &RigidTransform, resolution: f64) -> Option<RigidTransform> {
+        if self.up.is_some_and(|up| (pose.rotation * up).angle(&up) > MAX_TILT) {
+            return None;
+        }
+        let pose = level(pose, self.up);
+        self.guess.as_ref().is_none_or(|guess| guess.is_near(&pose, resolution)).then_some(pose)
+    }
+}
+
+impl Guess {
+    /// Between centred clouds: the source's centre is the origin.
+    fn is_near(&self, pose: &RigidTransform, resolution: f64) -> bool {
+        let guess = &self.target_from_source;
+        let shift = (pose.translation.vector - guess.translation.vector).norm();
+        self.max_rotation.is_none_or(|most| angle_between(pose, guess) <= most)
+            && self.max_translation.is_none_or(|most| shift <= most.resolve(resolution))
+    }
+}
+
+/// The part of a pose that turns about `up`, with the source's centre where it was.
+fn level(pose: &RigidTransform, up: Option<Unit<Vector3<f64>>>) -> RigidTransform {
+    let Some(up) = up else { return *pose };
+    let turning = up.as_ref() * pose.rotation.imag().dot(&up);
+    let twist = Quaternion::from_parts(pose.rotation.w, turning);
+    // Half a turn about a level axis has no part about `up`.
+    let rotation = UnitQuaternion::try_new(twist, 1e-12).unwrap_or_else(UnitQuaternion::identity);
+    RigidTransform::from_parts(pose.translation, rotation)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn turned(axis: [f64; 3], degrees: f64, shift: [f64; 3]) -> RigidTransform {
+        let rotation = UnitQuaternion::from_scaled_axis(Vector3::from(axis).normalize() * degrees.to_radians());
+        RigidTransform::from_parts(Translation3::from(shift), rotation)
+    }
+
+    #[test]
+    fn poses_beyond_either_bound_are_not_admitted() {
+        let guess = Guess {
+            target_from_source: turned([0.0, 0.0, 1.0], 30.0, [5.0, 0.0, 0.0]),
+            max_rotation: Some(10f64.to_radians()),
+            max_translation: Some(Length::Resolutions(2.0)),
+        };
+        let bounds = Prior { guess: Some(guess), up: None }.bounds(&Pair::default());
+        for (degrees, x, admitted) in
+            [(30.0, 5.0, true), (39.9, 5.0, true), (40.1, 5.0, false), (30.0, 5.99, true), (30.0, 6.01, false)]
+        {
+            let pose = turned([0.0, 0.0, 1.0], degrees, [x, 0.0, 0.0]);
+            assert_eq!(bounds.admitted(&pose, 0.5).is_some(), admitted, "{degrees} {x}");
+        }
+    }
+
+    #[test]
+    fn the_bounds_are_about_the_sources_centre_and_not_the_origin_of_its_file() {
+        let origins = Pair { source: Vector3::new(1e5, 0.0, 0.0), target: Vector3::new(0.0, 1e5, 0.0) };
+        let guess = turned([0.0, 0.0, 1.0], 90.0, [0.0, 0.0, 0.0]);
+        let bounds = Prior {
+            guess: Some(Guess {
+                target_from_source: guess,
+                max_rotation: None,
+                max_translation: Some(Length::Units(1.0)),
+            }),
+            up: None,
+        }
+        .bounds(&origins);
+        assert!(bounds.guess().unwrap().translation.vector.norm() < 1e-6);
+        assert!(bounds.admitted(&turned([0.0, 0.0, 1.0], 91.0, [0.5, 0.0, 0.0]), 1.0).is_some());
+    }
+
+    #[test]
+    fn levelled_poses_turn_about_up_alone_and_much_tilt_is_refused() {
+        let up = Unit::new_normalize(Vector3::new(0.1, -0.2, 1.0));
+        let bounds = Prior { guess: None, up: Some(up) }.bounds(&Pair::default());
+        let yaw =
+            RigidTransform::from_parts(Translation3::new(1.0, 2.0, 3.0), UnitQuaternion::from_axis_angle(&up, 2.5));
+        let tilted = RigidTransform::from_parts(
+            yaw.translation,
+            UnitQuaternion::from_scaled_axis(Vector3::new(0.1, 0.0, 0.0)) * yaw.rotation,
+        );
+        let admitted = bounds.admitted(&tilted, 1.0).unwrap();
+        assert!((admitted.rotation * up).angle(&up) < 1e-9 && angle_between(&admitted, &yaw) < 0.03);
+        assert!(bounds.admitted(&turned([1.0, 0.0, 0.0], 20.0, [0.0; 3]), 1.0).is_none());
+        assert!(!bounds.are_open() && Bounds::default().are_open());
+    }
+}

@@ -1,0 +1,139 @@
+//! How probable a right answer is: a logistic model of what was measured of it.
+//!
+//! The coefficients are in `calibration.toml`; `congruent calibrate` makes that file from registrations whose truth is
+//! known: true pairs, pairs of different objects, pairs that hardly overlap, of several sensors.
+
+use serde::{Deserialize, Serialize};
+
+/// What a right answer is recognised by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Predictors {
+    /// Of the ranking: overlap, discounted for what contradicts it; 0 to 1.
+    pub score: f64,
+    /// Share of points that touch the other surface.
+    pub overlap: f64,
+    /// Mean distance of those to the other surface, `pr`; at most [`MAX_RESIDUAL_PR`], which it also is where nothing touches.
+    pub residual_pr: f64,
+    /// Share of points that hover before the other surface or would have hidden it.
+    pub contradictions: f64,
+    /// Share of points that touch with normals that disagree.
+    pub disagreeing: f64,
+    /// Score of the best really different pose, as a share of the answer's.
+    pub runner_up: f64,
+    /// Decimal logarithm of the number of random poses with as many inliers.
+    pub log10_false_alarms: f64,
+    /// Of the loosest direction.
+    pub stiffness: f64,
+}
+
+/// Number of terms of the model beside the intercept.
+pub const N_TERMS: usize = 5;
+/// Scores below this are all the same.
+const MIN_SCORE: f64 = 1e-3;
+/// Powers of ten by which random poses are excluded count from three too many to ten too few.
+const POWERS_OF_TEN: [f64; 2] = [-3.0, 10.0];
+/// Residuals above this, `pr`, are all the same.
+pub const MAX_RESIDUAL_PR: f64 = 2.0;
+
+impl Predictors {
+    /// The terms of the model, in the order of [`Calibration::weights`].
+    #[must_use]
+    pub fn terms(&self) -> [f64; N_TERMS] {
+        [
+            self.score.max(MIN_SCORE).ln(),
+            (-self.log10_false_alarms).clamp(POWERS_OF_TEN[0], POWERS_OF_TEN[1]),
+            self.residual_pr,
+            self.runner_up,
+            self.disagreeing,
+        ]
+    }
+}
+
+/// Coefficients of the model, one for each term.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Calibration {
+    /// Log odds where all terms are zero.
+    pub intercept: f64,
+    /// Per natural logarithm of the score.
+    pub ln_score: f64,
+    /// Per power of ten by which random poses are excluded.
+    pub power_of_ten: f64,
+    /// Per `pr` of mean distance where the surfaces touch.
+    pub residual: f64,
+    /// Per share of the best score that the best really different pose has.
+    pub runner_up: f64,
+    /// Per share of points that touch with normals that disagree.
+    pub disagreeing: f64,
+}
+
+impl Calibration {
+    /// From an intercept and the weights of [`Predictors::terms`].
+    #[must_use]
+    pub fn new(intercept: f64, weights: [f64; N_TERMS]) -> Calibration {
+        let [ln_score, power_of_ten, residual, runner_up, disagreeing] = weights;
+        Calibration { intercept, ln_score, power_of_ten, residual, runner_up, disagreeing }
+    }
+
+    /// Of the terms, in the order of [`Predictors::terms`].
+    #[must_use]
+    pub fn weights(&self) -> [f64; N_TERMS] {
+        [self.ln_score, self.power_of_ten, self.residual, self.runner_up, self.disagreeing]
+    }
+
+    /// Whether these are the coefficients that come with the program.
+    #[must_use]
+    pub fn is_default(&self) -> bool {
+        *self == Calibration::default()
+    }
+
+    /// Probability of a right answer, 0 to 1.
+    #[must_use]
+    pub fn confidence(&self, known: &Predictors) -> f64 {
+        let log_odds: f64 = self.intercept + self.weights().iter().zip(known.terms()).map(|(w, x)| w * x).sum::<f64>();
+        1.0 / (1.0 + (-log_odds).exp())
+    }
+}
+
+impl Default for Calibration {
+    fn default() -> Self {
+        toml::from_str(include_str!("calibration.toml")).expect("the file that comes with the program is complete")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: Predictors = Predictors {
+        score: 0.6,
+        overlap: 0.7,
+        residual_pr: 0.1,
+        contradictions: 0.001,
+        disagreeing: 0.01,
+        runner_up: 0.1,
+        log10_false_alarms: -60.0,
+        stiffness: 0.05,
+    };
+
+    #[test]
+    fn confidence_is_the_logistic_function_of_the_weighted_terms() {
+        let calibration = Calibration::new(0.5, [1.0, 0.25, -2.0, -1.0, -10.0]);
+        let log_odds = 0.5 + 0.6f64.ln() + 2.5 - 0.2 - 0.1 - 0.1;
+        assert!((calibration.confidence(&GOOD) - 1.0 / (1.0 + (-log_odds).exp())).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_speaks_against_an_answer_lowers_the_confidence() {
+        let calibration = Calibration::default();
+        let confidence = calibration.confidence(&GOOD);
+        assert!(confidence > 0.99);
+        for worse in [
+            Predictors { score: 0.05, ..GOOD },
+            Predictors { residual_pr: MAX_RESIDUAL_PR, ..GOOD },
+            Predictors { log10_false_alarms: 2.0, ..GOOD },
+        ] {
+            assert!(calibration.confidence(&worse) < confidence, "{worse:?}");
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! The loop that all members share: pair, solve, move, with a shrinking search radius and robust weights.
+
+use crate::equations::{Equations, applied};
+use crate::pairing::{Pairing, Touch};
+use crate::uncertainty::uncertainty;
+use crate::{Freedom, Nearest, Refinement};
+use congruent_geometry::{RigidTransform, Surface, wide};
+use nalgebra::Vector6;
+use rayon::prelude::*;
+
+/// Points whose sums one thread makes at a time; fixed, so that the order of additions is too.
+const CHUNK: usize = 1024;
+/// Share of the rounds over which the radius shrinks.
+const SHRINKING: f64 = 0.7;
+/// The robust support of a pose may not fall below this share of what it was.
+const MIN_SUPPORT: f64 = 0.999;
+
+/// How far a refinement looks, and how long; lengths in data units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Schedule {
+    /// Pairs farther apart are ignored at first …
+    pub start_radius: f64,
+    /// … and at the end.
+    pub end_radius: f64,
+    /// Distance to the tangent plane at which a pair counts half (Cauchy).
+    pub scale: f64,
+    /// At most so many.
+    pub rounds: usize,
+    /// Points of the source that are used in a round, spread evenly over its order.
+    pub max_points: usize,
+    /// Normals must agree at least so well (cosine).
+    pub min_normal_cosine: f64,
+    /// A step below this many data units (at the rim of the surface) ends it.
+    pub tolerance: f64,
+    /// The motions that it may make.
+    pub freedom: Freedom,
+}
+
+/// What is added to the equations for a touching pair.
+pub(crate) trait Distance: Sync {
+    /// What the standard deviations that the distances tell are taken times. Closest points and normals err in ways that
+    /// distances do not show; measured on simulated pairs, whose poses are known.
+    const UNSEEN: f64;
+
+    fn add(&self, equations: &mut Equations, touch: &Touch);
+}
+
+/// Two surfaces, and who finds the closest points of the second.
+#[derive(Clone, Copy)]
+pub(crate) struct Scene<'a> {
+    pub(crate) source: &'a Surface,
+    pub(crate) target: &'a Surface,
+    pub(crate) nearest: &'a dyn Nearest,
+}
+
+impl<'a> Scene<'a> {
+    pub(crate) fn new(source: &'a Surface, target: &'a Surface) -> Self {
+        Scene { source, target, nearest: target.index() }
+    }
+}
+
+impl Schedule {
+    /// Moves, and says how good the end is; the start is kept where the surfaces lose touch.
+    pub(crate) fn refine<D: Distance>(&self, scene: Scene<'_>, distance: &D, start: &RigidTransform) -> Refinement {
+        let end = self.descend(scene, distance, start);
+        let (before, after) = (self.touching(scene, distance, start), self.touching(scene, distance, &end));
+        let kept = after.weight >= MIN_SUPPORT * before.weight;
+        let (pose, equations) = if kept { (end, after) } else { (*start, before) };
+        let pairing = self.pairing(scene, &pose, self.end_radius);
+        let known = uncertainty(&pairing, self.stride(scene), self.freedom).map(|known| known.widened(D::UNSEEN));
+        Refinement { uncertainty: known, ..refinement(pose, &equations) }
+    }
+
+    /// Moves, and nothing else.
+    pub(crate) fn descend(&self, scene: Scene<'_>, distance: &impl Distance, start: &RigidTransform) -> RigidTransform {
+        let reach = scene.source.points().iter().map(|p| wide(*p).norm()).fold(0.0, f64::max);
+        let stride = self.stride(scene);
+        let mut pose = *start;
+        for round in 0..self.rounds {
+            let progress = (round as f64 / (SHRINKING * self.rounds as f64)).min(1.0);
+            let radius = self.start_radius * (self.end_radius / self.start_radius).powf(progress);
+            // Another subset every time: together they are the whole surface.
+            let pairing = self.pairing(scene, &pose, radius);
+            let Some(step) = sums(&pairing, distance, round % stride, stride).step(self.freedom) else { break };
+            let moved = movement(&step, &pose, reach);
+            pose = applied(&step, &pose);
+            if progress >= 1.0 && moved < self.tolerance {
+                break;
+            }
+        }
+        pose
+    }
+
+    /// What holds a pose as it is: the pairs within the end radius.
+    pub(crate) fn measure(&self, scene: Scene<'_>, distance: &impl Distance, pose: &RigidTransform) -> Refinement {
+        refinement(*pose, &self.touching(scene, distance, pose))
+    }
+
+    fn touching(&self, scene: Scene<'_>, distance: &impl Distance, pose: &RigidTransform) -> Equations {
+        sums(&self.pairing(scene, pose, self.end_radius), distance, 0, self.stride(scene))
+    }
+
+    fn stride(&self, scene: Scene<'_>) -> usize {
+        scene.source.len().div_ceil(self.max_points.max(1)).max(1)
+    }
+
+    fn pairing<'a>(&self, scene: Scene<'a>, pose: &RigidTransform, radius: f64) -> Pairing<'a> {
+        let Scene { source, target, nearest } = scene;
+        Pairing::new((source, target, nearest), pose, radius, self.min_normal_cosine, self.scale)
+    }
+}
+
+/// Sums over every `stride`-th point, in an order that does not depend on threads.
+fn sums(pairing: &Pairing<'_>, distance: &impl Distance, offset: usize, stride: usize) -> Equations {
+    let chosen: Vec<usize> = (offset..pairing.source.len()).step_by(stride).collect();
+    let one_chunk = |indices: &[usize]| {
+        let mut equations = Equations::default();
+        indices.iter().filter_map(|&i| pairing.touch(i)).for_each(|touch| distance.add(&mut equations, &touch));
+        equations
+    };
+    if chosen.len() <= CHUNK {
+        return one_chunk(&chosen);
+    }
+    let parts: Vec<Equations> = chosen.par_chunks(CHUNK).map(one_chunk).collect();
+    parts.into_iter().fold(Equations::default(), Equations::plus)
+}
+
+/// The most that a step moves a point of a source of this reach.
+fn movement(step: &Vector6<f64>, pose: &RigidTransform, reach: f64) -> f64 {
+    let rotation = step.fixed_rows::<3>(0);
+    let of_the_middle = rotation.cross(&pose.translation.vector) + step.fixed_rows::<3>(3);
+    rotation.norm() * reach + of_the_middle.norm()
+}
+
+fn refinement(pose: RigidTransform, equations: &Equations) -> Refinement {
+    Refinement {
+        target_from_source: pose,
+        n_pairs: equations.n_pairs,
+        residual: equations.residual(),
+        support: equations.weight,
+        information: equations.information,
+        hold: equations.hold(Freedom::All),
+        uncertainty: None,
+    }
+}

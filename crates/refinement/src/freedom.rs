@@ -1,0 +1,24 @@
+//! Which motions a refinement may make.
+
+use nalgebra::{Matrix6, Unit, Vector3};
+
+/// The motions that a refinement may make.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Freedom {
+    /// All six.
+    #[default]
+    All,
+    /// Rotations about this axis of the target frame, and translations.
+    About(Unit<Vector3<f64>>),
+}
+
+impl Freedom {
+    /// Keeps the allowed part of a motion: rotation before translation, whatever point it is about.
+    pub(crate) fn projection(&self) -> Matrix6<f64> {
+        let mut projection = Matrix6::identity();
+        if let Freedom::About(axis) = self {
+            projection.fixed_view_mut::<3, 3>(0, 0).copy_from(&(axis.as_ref() * axis.transpose()));
+        }
+        projection
+    }
+}

@@ -1,0 +1,128 @@
+//! How good a refined pose is: its covariance, from the distances that are left.
+//!
+//! `σ² (JᵀWJ)⁻¹` holds for independent distances. Those of neighbouring points are not: they share target points and
+//! normals. So the scatter of the forces that pull at the pose is taken between patches of the surface instead of points,
+//! within which they may depend on each other as they like: `H⁻¹ (Σ g gᵀ) H⁻¹` with *g* the sum of `w d J` over a patch and
+//! *H* its derivative (White 1980; Liang and Zeger 1986).
+
+use crate::Freedom;
+use crate::equations::{Equations, MIN_STIFFNESS, row};
+use crate::pairing::{Pairing, Touch};
+use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
+use rayon::prelude::*;
+
+/// Side of a patch, in units of the overlap's radius …
+const PATCH: f64 = 0.25;
+/// … but at least so many times the last search radius, which normals and points are shared within.
+const MIN_PATCH: f64 = 5.0;
+/// Fewer patches say nothing of six unknowns.
+const MIN_PATCHES: usize = 12;
+/// Share of a free motion that must be allowed for it to count.
+const ALLOWED: f64 = 0.5;
+/// A pose has so many unknowns.
+const UNKNOWNS: usize = 6;
+
+/// The covariance of a pose: the true pose is the answer followed by a small motion with mean zero and this covariance.
+///
+/// A motion is a rotation vector (radians) before a translation (data units), along the axes of the target frame, about
+/// the point [`Uncertainty::about`]: `x ↦ about + exp(rotation) (x − about) + translation`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Uncertainty {
+    /// Of the motion; nothing along the free directions.
+    pub covariance: Matrix6<f64>,
+    /// Middle of the overlap, target frame.
+    pub about: Vector3<f64>,
+    /// Unit motions that the surfaces do not hold, loosest first: along them the pose is as it was before refinement. The
+    /// rotation is in units of the overlap's radius, as in a [`Hold`](crate::Hold), divided by it here: radians for each
+    /// data unit.
+    pub free_directions: Vec<Vector6<f64>>,
+}
+
+impl Uncertainty {
+    /// Standard deviation of the rotation about its least certain axis, radians.
+    #[must_use]
+    pub fn rotation(&self) -> f64 {
+        self.worst(0)
+    }
+
+    /// Standard deviation of the middle of the overlap along its least certain direction, data units.
+    #[must_use]
+    pub fn translation(&self) -> f64 {
+        self.worst(3)
+    }
+
+    /// With standard deviations this many times as large.
+    pub(crate) fn widened(mut self, factor: f64) -> Self {
+        self.covariance *= factor * factor;
+        self
+    }
+
+    fn worst(&self, from: usize) -> f64 {
+        let block = self.covariance.fixed_view::<3, 3>(from, from).into_owned();
+        SymmetricEigen::new(block).eigenvalues.max().max(0.0).sqrt()
+    }
+}
+
+/// From the pairs under a refined pose, every `stride`-th point; nothing where too little touches to tell.
+pub(crate) fn uncertainty(pairing: &Pairing<'_>, stride: usize, freedom: Freedom) -> Option<Uncertainty> {
+    let chosen: Vec<usize> = (0..pairing.source.len()).step_by(stride).collect();
+    let touches: Vec<Touch> = chosen.par_iter().filter_map(|&i| pairing.touch(i)).collect();
+    let mut equations = Equations::default();
+    touches.iter().for_each(|touch| equations.add_plane(touch));
+    let basis = equations.basis_about_middle(freedom)?;
+    let (middle, spread) = equations.middle();
+    let patch = (PATCH * spread).max(MIN_PATCH * pairing.radius());
+    let pulls = pulls(&touches, &basis, &middle, patch);
+    if pulls.len() < MIN_PATCHES {
+        return None;
+    }
+    let few = pulls.len() as f64 / (pulls.len() - UNKNOWNS) as f64;
+    let scatter = pulls.iter().map(|pull| pull * pull.transpose()).sum::<Matrix6<f64>>() * few;
+    let hold = equations.hold(freedom);
+    let n_free = hold.n_free(MIN_STIFFNESS);
+    let mut stiffness = stiffness(&touches, &basis, &middle);
+    (0..n_free).for_each(|i| stiffness[(i, i)] = 1.0);
+    let inverse = basis * stiffness.cholesky()?.inverse();
+    // Where a start was kept that is no minimum, the step that was not made is uncertain too.
+    let missing = inverse * pulls.iter().sum::<Vector6<f64>>();
+    let covariance = inverse * scatter * inverse.transpose() + missing * missing.transpose();
+    // Motions that are not allowed are no free directions.
+    let allowed = hold.motions.iter().take(n_free).map(|motion| freedom.projection() * motion);
+    let free_directions =
+        allowed.filter(|motion| motion.norm() > ALLOWED).map(|motion| scaled(&motion, spread).normalize()).collect();
+    covariance.iter().all(|v| v.is_finite()).then_some(Uncertainty { covariance, about: middle, free_directions })
+}
+
+/// A motion with its rotation in radians.
+pub(crate) fn scaled(motion: &Vector6<f64>, spread: f64) -> Vector6<f64> {
+    let mut motion = *motion;
+    motion.fixed_rows_mut::<3>(0).scale_mut(1.0 / spread.max(f64::MIN_POSITIVE));
+    motion
+}
+
+/// How the pulls change along the motions of the basis: with the derivative `w (2w − 1)` of Cauchy's `w d`, not with the
+/// weight itself, because a robust weight falls as its distance grows.
+fn stiffness(touches: &[Touch], basis: &Matrix6<f64>, middle: &Vector3<f64>) -> Matrix6<f64> {
+    let change = |touch: &Touch| {
+        let row = basis.transpose() * row(&(touch.moved - middle), &touch.normal);
+        row * row.transpose() * (touch.weight * (2.0 * touch.weight - 1.0))
+    };
+    touches.iter().map(change).sum()
+}
+
+/// What each patch pulls at each motion of the basis, in an order that depends on the points' order alone.
+fn pulls(touches: &[Touch], basis: &Matrix6<f64>, middle: &Vector3<f64>, patch: f64) -> Vec<Vector6<f64>> {
+    let mut by_patch: Vec<([i64; 3], usize)> = touches
+        .iter()
+        .enumerate()
+        .map(|(i, touch)| (std::array::from_fn(|axis| (touch.moved[axis] / patch).floor() as i64), i))
+        .collect();
+    by_patch.sort_unstable();
+    by_patch
+        .chunk_by(|a, b| a.0 == b.0)
+        .map(|members| {
+            let pull = |touch: &Touch| row(&(touch.moved - middle), &touch.normal) * (touch.weight * touch.distance);
+            basis.transpose() * members.iter().map(|&(_, i)| pull(&touches[i])).sum::<Vector6<f64>>()
+        })
+        .collect()
+}

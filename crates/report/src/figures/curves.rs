@@ -1,0 +1,177 @@
+//! Curves over numbers or over names, with intervals.
+
+use super::{Area, Drawn, FAINT, INK, SIZE, TEXT, colour, font, svg};
+use crate::palette::scan_colour;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// Width of the legend, pixels.
+const LEGEND: u32 = 150;
+/// Letters of names that fit side by side under a plot.
+const LETTERS: usize = 56;
+/// Intervals of neighbouring curves are drawn this share of the width apart.
+const DODGE: f64 = 0.004;
+
+/// Several curves in one frame.
+pub(crate) struct Curves {
+    pub(crate) x: Axis,
+    pub(crate) y: &'static str,
+    /// Range of `y`.
+    pub(crate) range: (f64, f64),
+    pub(crate) curves: Vec<Curve>,
+}
+
+/// What is across.
+pub(crate) enum Axis {
+    /// Numbers, with the name of what they are.
+    Numbers(String),
+    /// Names, in order; samples are at 0, 1, …
+    Names(Vec<String>),
+}
+
+/// A curve with its name.
+pub(crate) struct Curve {
+    pub(crate) name: String,
+    pub(crate) samples: Vec<Sample>,
+}
+
+/// A point of a curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sample {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    /// Its 95 % interval.
+    pub(crate) interval: Option<(f64, f64)>,
+}
+
+impl Curves {
+    pub(crate) fn svg(&self) -> String {
+        svg(|area| self.draw(area))
+    }
+
+    fn draw(&self, area: &Area<'_>) -> Drawn {
+        let (plot, _) = area.split_horizontally(SIZE.0 - LEGEND);
+        let (low, high) = self.span();
+        let below = self.room_below();
+        let mut chart = ChartBuilder::on(&plot)
+            .margin(12)
+            .x_label_area_size(below)
+            .y_label_area_size(52)
+            .build_cartesian_2d(low..high, self.range.0..self.range.1)?;
+        let mut mesh = chart.configure_mesh();
+        mesh.disable_x_mesh().max_light_lines(0).bold_line_style(FAINT).axis_style(INK);
+        mesh.label_style(font(TEXT)).axis_desc_style(font(TEXT)).y_desc(self.y);
+        mesh.y_label_formatter(&number).x_label_formatter(&number);
+        match &self.x {
+            Axis::Numbers(name) => mesh.x_labels(8).x_desc(name.as_str()),
+            // The names are written afterwards: plotters puts turned ones across the axis.
+            Axis::Names(_) => mesh.x_labels(0),
+        };
+        mesh.draw()?;
+        if let Axis::Names(names) = &self.x {
+            for (i, name) in names.iter().enumerate() {
+                let (x, y) = chart.backend_coord(&(i as f64, self.range.0));
+                area.draw(&Text::new(name.clone(), (x, y + 8), self.name_style()))?;
+            }
+        }
+        for (i, curve) in self.curves.iter().enumerate() {
+            let look = Look::of(i);
+            let shift = (i as f64 - 0.5 * (self.curves.len() - 1) as f64) * DODGE * (high - low);
+            let bars = curve.samples.iter().filter_map(|s| s.interval.map(|interval| (s, interval)));
+            let faint = look.colour.mix(0.45).stroke_width(1);
+            chart.draw_series(
+                bars.map(|(s, (from, to))| ErrorBar::new_vertical(s.x + shift, from, s.y, to, faint, 4)),
+            )?;
+            let points: Vec<(f64, f64)> = curve.samples.iter().map(|s| (s.x, s.y)).collect();
+            let line = look.colour.stroke_width(2);
+            match look.dashes {
+                None => chart.draw_series(LineSeries::new(points.clone(), line))?,
+                Some((dash, gap)) => chart.draw_series(DashedLineSeries::new(points.clone(), dash, gap, line))?,
+            };
+            points.iter().try_for_each(|at| look.mark(area, chart.backend_coord(at)))?;
+        }
+        self.legend(area)
+    }
+
+    fn legend(&self, area: &Area<'_>) -> Drawn {
+        let left = (SIZE.0 - LEGEND) as i32;
+        for (i, curve) in self.curves.iter().enumerate() {
+            let (look, y) = (Look::of(i), 24 + 24 * i as i32);
+            let line = look.colour.stroke_width(2);
+            let sample = vec![(left + 2, y), (left + 34, y)];
+            match look.dashes {
+                None => area.draw(&PathElement::new(sample, line))?,
+                Some((dash, gap)) => area.draw(&plotters::element::DashedPathElement::new(sample, dash, gap, line))?,
+            }
+            look.mark(area, (left + 18, y))?;
+            area.draw(&Text::new(curve.name.clone(), (left + 42, y - 8), font(TEXT)))?;
+        }
+        Ok(())
+    }
+
+    fn span(&self) -> (f64, f64) {
+        if let Axis::Names(names) = &self.x {
+            return (-0.5, names.len() as f64 - 0.5);
+        }
+        let all = || self.curves.iter().flat_map(|curve| &curve.samples).map(|s| s.x);
+        let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+        if low > high {
+            return (0.0, 1.0);
+        }
+        let margin = if high > low { 0.03 * (high - low) } else { 0.5 };
+        (low - margin, high + margin)
+    }
+
+    /// The longest name, where names do not fit side by side.
+    fn upright(&self) -> Option<usize> {
+        let Axis::Names(names) = &self.x else { return None };
+        let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+        (longest * names.len() > LETTERS).then_some(longest)
+    }
+
+    fn room_below(&self) -> u32 {
+        self.upright().map_or(44, |letters| 20 + 7 * letters.min(24) as u32)
+    }
+
+    fn name_style(&self) -> TextStyle<'static> {
+        match self.upright() {
+            Some(_) => font(12).transform(FontTransform::Rotate90).pos(Pos::new(HPos::Left, VPos::Center)),
+            None => font(TEXT).pos(Pos::new(HPos::Center, VPos::Top)),
+        }
+    }
+}
+
+/// Without the digits that binary fractions leave.
+fn number(x: &f64) -> String {
+    ((x * 1e6).round() / 1e6).to_string()
+}
+
+/// How the `i`-th curve is drawn.
+struct Look {
+    colour: RGBColor,
+    /// Length of a dash and of a gap, pixels.
+    dashes: Option<(u32, u32)>,
+    shape: usize,
+}
+
+impl Look {
+    fn of(i: usize) -> Look {
+        let dashes = [None, Some((8, 4)), Some((3, 3)), Some((14, 4)), Some((5, 6))];
+        Look { colour: colour(scan_colour(i)), dashes: dashes[i % dashes.len()], shape: i % 6 }
+    }
+
+    /// Draws the marker at a pixel.
+    fn mark(&self, area: &Area<'_>, at: (i32, i32)) -> Drawn {
+        let (solid, open) = (self.colour.filled(), self.colour.stroke_width(2));
+        let square = |style: ShapeStyle| Rectangle::new([(at.0 - 4, at.1 - 4), (at.0 + 4, at.1 + 4)], style);
+        match self.shape {
+            0 => area.draw(&Circle::new(at, 4, solid))?,
+            1 => area.draw(&TriangleMarker::new(at, 6, solid))?,
+            2 => area.draw(&Cross::new(at, 4, open))?,
+            3 => area.draw(&square(solid))?,
+            4 => area.draw(&Circle::new(at, 4, open))?,
+            _ => area.draw(&square(open))?,
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,43 @@
+//! Figures as SVG, drawn by `plotters`. Curves differ in dashes and markers besides colours, so that they can be told apart
+//! in grey.
+
+mod bars;
+mod curves;
+
+pub(crate) use bars::Bars;
+pub(crate) use curves::{Axis, Curve, Curves, Sample};
+
+use plotters::prelude::*;
+
+/// Size of a figure, pixels.
+const SIZE: (u32, u32) = (620, 380);
+const TEXT: u32 = 14;
+const FAINT: RGBColor = RGBColor(217, 221, 227);
+const INK: RGBColor = RGBColor(29, 36, 48);
+
+type Drawn = Result<(), Box<dyn std::error::Error>>;
+type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+
+/// Lets `draw` fill an area; drawing into text cannot fail.
+fn svg(draw: impl FnOnce(&Area<'_>) -> Drawn) -> String {
+    let mut text = String::new();
+    {
+        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+        area.fill(&WHITE)
+            .map_err(Into::into)
+            .and_then(|()| draw(&area))
+            .and_then(|()| area.present().map_err(Into::into))
+            .expect("a text can be drawn into");
+    }
+    // The size is left to the page.
+    text.replacen(&format!("width=\"{}\" height=\"{}\" ", SIZE.0, SIZE.1), "", 1)
+}
+
+fn font(size: u32) -> TextStyle<'static> {
+    ("sans-serif", size).into_font().color(&INK)
+}
+
+fn colour(hex: &str) -> RGBColor {
+    let part = |from: usize| u8::from_str_radix(hex.get(from..from + 2).unwrap_or("0"), 16).unwrap_or(0);
+    RGBColor(part(1), part(3), part(5))
+}

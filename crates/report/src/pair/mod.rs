@@ -1,0 +1,199 @@
+//! The page of one registration.
+
+mod errors;
+mod view;
+
+use crate::page::{Block, Page, Tone};
+use congruent_geometry::{RigidTransform, Scan, angle_between, to_rows};
+use congruent_pipeline::{Pair, PipelineConfig, Registration, Trace, Verdict};
+
+/// One pair of scans with its answer.
+pub struct PairReport<'a> {
+    /// What the scans are called.
+    pub names: Pair<&'a str>,
+    /// As they were read.
+    pub scans: Pair<&'a Scan>,
+    /// The answer.
+    pub registration: &'a Registration,
+    /// What the stages left.
+    pub trace: &'a Trace,
+    /// How the answer was found.
+    pub config: &'a PipelineConfig,
+    /// The same as text, for the end of the page.
+    pub config_text: &'a str,
+    /// The true pose between file coordinates, where it is known.
+    pub truth: Option<&'a RigidTransform>,
+    /// Of the program.
+    pub version: &'a str,
+}
+
+/// The page of one pair: verdict, view, figures, pose, configuration.
+#[must_use]
+pub fn pair_page(report: &PairReport<'_>) -> Page {
+    let mut blocks = vec![
+        report.verdict(),
+        Block::Views(vec![(report.caption(), report.scene())]),
+        Block::Section("In numbers".to_owned()),
+        Block::Facts(report.facts()),
+        Block::Section("Pose".to_owned()),
+    ];
+    blocks.extend(report.pose());
+    blocks.extend(ending(report.config_text, report.version));
+    Page { title: report.title(), subtitle: String::new(), blocks }
+}
+
+/// One pair, registered in several ways (for instance by different metrics), side by side: the paper's figure 11. Each way
+/// has a name. The page has no views for no reports.
+#[must_use]
+pub fn comparison_page(reports: &[(String, PairReport<'_>)]) -> Page {
+    let views =
+        reports.iter().map(|(name, report)| (format!("{name}: {}", report.caption()), report.scene())).collect();
+    let mut blocks = vec![Block::Views(views)];
+    for (name, report) in reports {
+        blocks.extend([Block::Section(name.clone()), report.verdict(), Block::Facts(report.facts())]);
+        blocks.extend(report.pose());
+    }
+    let first = reports.first().map(|(_, report)| report);
+    blocks.extend(first.map(|report| ending(report.config_text, report.version)).into_iter().flatten());
+    Page { title: first.map_or(String::new(), PairReport::title), subtitle: String::new(), blocks }
+}
+
+/// The configuration, and who made the page.
+pub(crate) fn ending(config: &str, version: &str) -> [Block; 3] {
+    [
+        Block::Section("Configuration".to_owned()),
+        Block::Printed(config.trim_end().to_owned()),
+        Block::Text(format!("congruent {version}")),
+    ]
+}
+
+impl PairReport<'_> {
+    fn title(&self) -> String {
+        format!("{} onto {}", self.names.source, self.names.target)
+    }
+
+    fn verdict(&self) -> Block {
+        let (word, reason) = self.registration.verdict_words();
+        let tone = match self.registration.verdict {
+            Verdict::Ok => Tone::Good,
+            Verdict::Ambiguous => Tone::Doubtful,
+            Verdict::Failed(_) => Tone::Bad,
+        };
+        let confidence = self.registration.confidence;
+        let sentence = reason.unwrap_or_else(|| {
+            "The surfaces lie on each other, nothing contradicts, and more correspondences agree than chance explains."
+                .to_owned()
+        });
+        Block::Verdict(tone, word.to_owned(), format!("confidence {confidence:.3}. {}", capital(&sentence)))
+    }
+
+    fn caption(&self) -> String {
+        let moved = match self.registration.target_from_source {
+            Some(_) => "the source moved onto the target",
+            None => "there is no pose; the scans as they came",
+        };
+        match self.rmse_pr() {
+            Some(rmse) => format!("{moved}; off by {rmse:.2} pr where the scans overlap"),
+            None => moved.to_owned(),
+        }
+    }
+
+    fn facts(&self) -> Vec<(String, String)> {
+        let (r, counts) = (self.registration, &self.registration.counts);
+        let two = |pair: Pair<usize>| format!("{} and {}", pair.source, pair.target);
+        let mut facts = vec![
+            ("Points, source and target".to_owned(), two(counts.points)),
+            ("Points after sampling".to_owned(), two(counts.sampled)),
+            ("Keypoints described".to_owned(), two(counts.described)),
+            ("Correspondences".to_owned(), format!("{}, {} of them inliers", counts.correspondences, counts.inliers)),
+            ("Poses looked at".to_owned(), format!("{} of {} proposed", counts.poses, counts.trials)),
+            ("Resolution (1 pr)".to_owned(), format!("{} data units", significant(r.raw_resolution))),
+        ];
+        if let Some(agreement) = &r.agreement {
+            facts.push(("Overlap of the surfaces".to_owned(), format!("{:.0} %", 100.0 * agreement.overlap)));
+            if let Some(residual) = agreement.residual_pr {
+                facts.push(("Distance where they touch".to_owned(), format!("{residual:.2} pr")));
+            }
+            let against = 100.0 * (agreement.hover + agreement.occlusion);
+            facts.push(("Points that contradict".to_owned(), format!("{against:.1} %")));
+        }
+        if let (Some(rmse), Some(pose), Some(truth)) = (self.rmse_pr(), &r.target_from_source, self.truth) {
+            facts.push(("Off from the truth, where the scans overlap".to_owned(), format!("{rmse:.2} pr")));
+            let angle = angle_between(pose, truth).to_degrees();
+            facts.push(("Rotation off from the truth".to_owned(), format!("{angle:.2}°")));
+        }
+        let seconds: f64 = r.timings.iter().map(|t| t.time.as_secs_f64()).sum();
+        facts.push(("Time in all stages".to_owned(), format!("{seconds:.2} s")));
+        facts
+    }
+
+    fn pose(&self) -> Vec<Block> {
+        let Some(pose) = &self.registration.target_from_source else {
+            return vec![Block::Text("There is none.".to_owned())];
+        };
+        let rows: Vec<String> = to_rows(pose).iter().map(|row| row.map(|v| format!("{v:>16.6}")).join(" ")).collect();
+        let mut what = "Maps source coordinates into the target's frame, as in the files.".to_owned();
+        if self.registration.verdict != Verdict::Ok {
+            what += " It is the best guess, and not to be relied on.";
+        }
+        vec![Block::Text(what), Block::Printed(rows.join("\n"))]
+    }
+}
+
+fn capital(sentence: &str) -> String {
+    let mut letters = sentence.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// Four digits, however large or small.
+fn significant(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let digits = 3 - value.abs().log10().floor() as i32;
+    format!("{value:.*}", digits.clamp(0, 12) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Layer;
+    use congruent_pipeline::{Prior, register_traced};
+    use congruent_simulation::pair::{PairOptions, figurine_pair};
+
+    #[test]
+    fn a_right_answer_has_small_errors_and_as_many_inliers_as_it_says() {
+        let pair = figurine_pair(&PairOptions { pixels: 120, view_angle: 0.3, ..PairOptions::default() });
+        let scans = Pair { source: &pair.source, target: &pair.target }.into_map(|raw| Scan::new(raw).unwrap());
+        let config = PipelineConfig::default();
+        let (registration, trace) = register_traced(scans.as_ref(), &Prior::default(), &config, &|_| ());
+        let report = |truth| PairReport {
+            names: Pair { source: "a", target: "b" },
+            scans: scans.as_ref(),
+            registration: &registration,
+            trace: &trace,
+            config: &config,
+            config_text: "",
+            truth,
+            version: "",
+        };
+        let judged = report(Some(&pair.target_from_source));
+        assert!(judged.rmse_pr().unwrap() < 1.0);
+        let errors = judged.point_errors();
+        let known: Vec<f32> = errors.iter().copied().filter(|e| !e.is_nan()).collect();
+        assert_eq!(errors.len(), scans.source.points().len());
+        assert!(known.len() > errors.len() / 2 && known.len() < errors.len() && known.iter().all(|e| *e < 2.0));
+        let scene = judged.scene();
+        let Some(Layer::Lines(inliers)) = scene.layers.get(2) else { panic!() };
+        assert_eq!(inliers.segments.len(), registration.counts.inliers);
+        let names: Vec<&str> = scene.states.iter().map(|state| state.name.as_str()).collect();
+        assert_eq!(names, ["as scanned", "true pose", "aligned"]);
+        // Without a truth, only points with a target point within ten resolutions have a number.
+        assert!(report(None).point_errors().iter().all(|e| e.is_nan() || *e <= 10.0));
+    }
+
+    #[test]
+    fn numbers_have_four_digits() {
+        assert_eq!([0.351_24, 1234.5, 0.0, 0.000_012_34].map(significant), ["0.3512", "1234", "0", "0.00001234"]);
+    }
+}
