@@ -3,7 +3,7 @@
 use super::Inputs;
 use super::inputs::{LEAF, NEIGHBORS};
 use congruent_descriptors::{Descriptor, FpfhConfig, ShotConfig, SpinImageConfig};
-use congruent_estimators::{Compatibility, Pivots, ThreePoint, sample};
+use congruent_estimators::{Compatibility, Graph, Pivots, ThreePoint, sample};
 use congruent_geometry::{
     Length, NeighborIndex, Neighborhood, Orientation, Point, RigidTransform, Scan, estimate_normals, fit_three, orient,
     resolution, voxel_centroids,
@@ -128,7 +128,8 @@ fn ransac(inputs: &Inputs) -> usize {
 }
 
 fn pivots(inputs: &Inputs) -> usize {
-    let generator = Pivots::new(&inputs.graph_evidence, &COMPATIBLE, PIVOTS);
+    let graph = Graph::new(&inputs.graph_evidence, &COMPATIBLE);
+    let generator = Pivots::new(&inputs.graph_evidence, &graph, PIVOTS);
     sample(&generator, &Summed(InlierCount::new(THRESHOLD)), &inputs.graph_evidence, 1).len()
 }
 
