@@ -51,7 +51,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode> {
     let trials = trials(args, &datasets, config.seed);
     let mut rows = Rows::open(&args.output)?;
     let errors = on_threads(args.run.threads, || register_all(&trials, &config, verdict, &mut rows))??;
-    let validation = Validation::new(rows.all(), verdict.min_confidence);
+    let validation = Validation::new(rows.all(), verdict);
     let figures = validation.to_string();
     write_file(&args.output.join("calibration.toml"), calibration_file(&validation, rows.all().len())?.as_bytes())?;
     write_file(&args.output.join("calibration.md"), figures.as_bytes())?;

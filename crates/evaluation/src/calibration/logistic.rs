@@ -85,8 +85,8 @@ pub(super) mod tests {
                     score: stream.between(0.02, 0.8),
                     overlap: 0.5,
                     residual_pr: stream.between(0.05, 1.5),
-                    contradictions: 0.0,
-                    disagreeing: stream.between(0.0, 0.2),
+                    contradictions: stream.between(0.0, 0.1),
+                    disagreeing: stream.between(0.0, 0.05),
                     runner_up: stream.unit(),
                     log10_false_alarms: stream.between(-12.0, 4.0),
                     stiffness: 0.05,
@@ -100,7 +100,7 @@ pub(super) mod tests {
                     error_pr: right.then_some(1.0),
                     verdict: if confidence > 0.6 { "ok".to_owned() } else { "failed".to_owned() },
                     confidence,
-                    unique: true,
+                    held: true,
                     predictors: Some(known),
                 }
             })
@@ -109,7 +109,7 @@ pub(super) mod tests {
 
     #[test]
     fn the_coefficients_that_made_the_data_come_back() {
-        let truth = Calibration::new(4.0, [1.2, 0.3, -3.0, -2.0, -8.0]);
+        let truth = Calibration::new(4.0, [1.2, 0.3, -3.0, -2.0, -30.0, -15.0]);
         let found = fit(&rows_of(&truth, 20_000), 1e-3);
         for (found, expected) in
             found.weights().iter().zip(truth.weights()).chain([(&found.intercept, truth.intercept)])
@@ -120,7 +120,7 @@ pub(super) mod tests {
 
     #[test]
     fn separable_and_empty_data_have_an_answer() {
-        let truth = Calibration::new(400.0, [120.0, 30.0, -300.0, -200.0, -800.0]);
+        let truth = Calibration::new(400.0, [120.0, 30.0, -300.0, -200.0, -800.0, -1500.0]);
         let found = fit(&rows_of(&truth, 300), 0.1);
         assert!(found.weights().iter().all(|w| w.is_finite()));
         let none = fit(&[], 0.1);

@@ -48,8 +48,8 @@ pub struct CalibrationRow {
     pub verdict: String,
     /// And how sure it was.
     pub confidence: f64,
-    /// Whether the surfaces hold the pose and no other pose is nearly as good.
-    pub unique: bool,
+    /// Whether the surfaces hold the pose.
+    pub held: bool,
     /// What it knew; nothing where there was no pose.
     pub predictors: Option<Predictors>,
 }
@@ -64,7 +64,6 @@ impl CalibrationRow {
         verdict: &DenseVerdictConfig,
     ) -> Self {
         let held = registration.hold.is_some_and(|hold| hold.n_free(verdict.min_stiffness) == 0);
-        let alone = registration.predictors.is_some_and(|known| known.runner_up <= verdict.rival_score);
         let word = match registration.verdict {
             Verdict::Ok => "ok",
             Verdict::Ambiguous => "ambiguous",
@@ -77,9 +76,16 @@ impl CalibrationRow {
             error_pr,
             verdict: word.to_owned(),
             confidence: registration.confidence,
-            unique: held && alone,
+            held,
             predictors: registration.predictors,
         }
+    }
+
+    /// Whether the surfaces hold the pose and no other pose is nearly as good.
+    #[must_use]
+    pub fn is_unique(&self, verdict: &DenseVerdictConfig) -> bool {
+        let second = |known: &Predictors| known.runner_up * known.score;
+        self.held && self.predictors.is_some_and(|known| !verdict.is_rival(second(&known), known.score))
     }
 
     /// Whether the pose is right.

@@ -1,7 +1,7 @@
 //! What a calibration is worth: cross-validated figures.
 
 use super::{CalibrationRow, Origin, fit};
-use congruent_pipeline::Calibration;
+use congruent_pipeline::{Calibration, DenseVerdictConfig};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -19,7 +19,7 @@ pub struct Validation<'a> {
     rows: &'a [CalibrationRow],
     /// Of each row, by a model that knows no row of its group.
     unseen: Vec<f64>,
-    min_confidence: f64,
+    verdict: &'a DenseVerdictConfig,
     /// Made from all rows.
     pub calibration: Calibration,
     /// Variance of the weights is one over this.
@@ -27,16 +27,16 @@ pub struct Validation<'a> {
 }
 
 impl<'a> Validation<'a> {
-    /// Fits all rows, and in five parts for the figures. `min_confidence` is from where an answer is believed.
+    /// Fits all rows, and in five parts for the figures. `verdict` says what is believed.
     #[must_use]
-    pub fn new(rows: &'a [CalibrationRow], min_confidence: f64) -> Self {
+    pub fn new(rows: &'a [CalibrationRow], verdict: &'a DenseVerdictConfig) -> Self {
         let folds = folds(rows);
         let candidates = RIDGES.map(|ridge| (ridge, unseen(rows, &folds, ridge)));
         let (ridge, unseen) = candidates
             .into_iter()
             .min_by(|(_, a), (_, b)| surprise(rows, a).total_cmp(&surprise(rows, b)))
             .expect("there are ridges to choose from");
-        Validation { rows, unseen, min_confidence, calibration: fit(rows, ridge), ridge }
+        Validation { rows, unseen, verdict, calibration: fit(rows, ridge), ridge }
     }
 
     /// Area under the curve: how often a right answer has more confidence than a wrong one.
@@ -86,7 +86,7 @@ impl<'a> Validation<'a> {
     }
 
     fn is_ok(&self, row: &CalibrationRow, p: f64) -> bool {
-        p >= self.min_confidence && row.unique
+        p >= self.verdict.min_confidence && row.is_unique(self.verdict)
     }
 
     fn all(&self) -> impl Iterator<Item = (&'a CalibrationRow, f64)> + Clone {
@@ -160,9 +160,10 @@ mod tests {
 
     #[test]
     fn a_model_that_fits_is_reliable_and_its_figures_add_up() {
-        let truth = Calibration::new(4.0, [1.2, 0.3, -3.0, -2.0, -8.0]);
+        let truth = Calibration::new(4.0, [1.2, 0.3, -3.0, -2.0, -30.0, -15.0]);
         let rows = rows_of(&truth, 3000);
-        let validation = Validation::new(&rows, 0.6);
+        let verdict = DenseVerdictConfig::default();
+        let validation = Validation::new(&rows, &verdict);
         for (n, p, right) in validation.reliability() {
             assert!(n < 100 || (p - right).abs() < 0.08, "{n} {p} {right}");
         }
@@ -174,7 +175,7 @@ mod tests {
 
     #[test]
     fn no_group_is_on_both_sides() {
-        let rows = rows_of(&Calibration::new(0.0, [0.0; 5]), 300);
+        let rows = rows_of(&Calibration::new(0.0, [0.0; 6]), 300);
         let folds = folds(&rows);
         for (a, b) in (0..300).flat_map(|a| (0..300).map(move |b| (a, b))) {
             assert!(rows[a].group != rows[b].group || folds[a] == folds[b]);
@@ -183,7 +184,8 @@ mod tests {
 
     #[test]
     fn nothing_to_learn_from_gives_an_even_guess() {
-        let validation = Validation::new(&[], 0.6);
+        let verdict = DenseVerdictConfig::default();
+        let validation = Validation::new(&[], &verdict);
         assert!(validation.believed() == (0, 0, 0) && validation.auc() == 0.0);
         assert!(validation.to_string().contains("0 of 0"));
     }

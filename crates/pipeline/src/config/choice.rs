@@ -89,6 +89,8 @@ pub struct DenseVerdictConfig {
     pub min_stiffness: f64,
     /// A really different pose with more than this share of the best score makes the answer ambiguous.
     pub rival_score: f64,
+    /// So does one with more than this score, however good the best is: parts of a facade that lie on other parts.
+    pub rival_alone: f64,
     /// Coefficients of the confidence, as `congruent calibrate` writes them; those that come with the program if not given.
     #[serde(skip_serializing_if = "Calibration::is_default")]
     pub calibration: Calibration,
@@ -196,12 +198,21 @@ impl Default for AContrarioConfig {
     }
 }
 
+impl DenseVerdictConfig {
+    /// Whether a really different pose of this score makes an answer of score `best` ambiguous.
+    #[must_use]
+    pub fn is_rival(&self, score: f64, best: f64) -> bool {
+        score > self.rival_score * best || score > self.rival_alone
+    }
+}
+
 impl Default for DenseVerdictConfig {
     fn default() -> Self {
         DenseVerdictConfig {
             min_confidence: 0.6,
             min_stiffness: MIN_STIFFNESS,
             rival_score: 0.8,
+            rival_alone: 0.2,
             calibration: Calibration::default(),
         }
     }

@@ -27,13 +27,17 @@ pub struct Predictors {
 }
 
 /// Number of terms of the model beside the intercept.
-pub const N_TERMS: usize = 5;
+pub const N_TERMS: usize = 6;
 /// Scores below this are all the same.
 const MIN_SCORE: f64 = 1e-3;
 /// Powers of ten by which random poses are excluded count from three too many to ten too few.
 const POWERS_OF_TEN: [f64; 2] = [-3.0, 10.0];
 /// Residuals above this, `pr`, are all the same.
 pub const MAX_RESIDUAL_PR: f64 = 2.0;
+
+/// Normals that disagree say how noisy the scans are, and so how far apart right surfaces may lie; shares above this say no
+/// more.
+const MAX_DISAGREEING: f64 = 0.05;
 
 impl Predictors {
     /// The terms of the model, in the order of [`Calibration::weights`].
@@ -44,7 +48,8 @@ impl Predictors {
             (-self.log10_false_alarms).clamp(POWERS_OF_TEN[0], POWERS_OF_TEN[1]),
             self.residual_pr,
             self.runner_up,
-            self.disagreeing,
+            self.disagreeing.min(MAX_DISAGREEING),
+            self.contradictions,
         ]
     }
 }
@@ -65,20 +70,22 @@ pub struct Calibration {
     pub runner_up: f64,
     /// Per share of points that touch with normals that disagree.
     pub disagreeing: f64,
+    /// Per share of points that contradict.
+    pub contradictions: f64,
 }
 
 impl Calibration {
     /// From an intercept and the weights of [`Predictors::terms`].
     #[must_use]
     pub fn new(intercept: f64, weights: [f64; N_TERMS]) -> Calibration {
-        let [ln_score, power_of_ten, residual, runner_up, disagreeing] = weights;
-        Calibration { intercept, ln_score, power_of_ten, residual, runner_up, disagreeing }
+        let [ln_score, power_of_ten, residual, runner_up, disagreeing, contradictions] = weights;
+        Calibration { intercept, ln_score, power_of_ten, residual, runner_up, disagreeing, contradictions }
     }
 
     /// Of the terms, in the order of [`Predictors::terms`].
     #[must_use]
     pub fn weights(&self) -> [f64; N_TERMS] {
-        [self.ln_score, self.power_of_ten, self.residual, self.runner_up, self.disagreeing]
+        [self.ln_score, self.power_of_ten, self.residual, self.runner_up, self.disagreeing, self.contradictions]
     }
 
     /// Whether these are the coefficients that come with the program.
@@ -118,8 +125,8 @@ mod tests {
 
     #[test]
     fn confidence_is_the_logistic_function_of_the_weighted_terms() {
-        let calibration = Calibration::new(0.5, [1.0, 0.25, -2.0, -1.0, -10.0]);
-        let log_odds = 0.5 + 0.6f64.ln() + 2.5 - 0.2 - 0.1 - 0.1;
+        let calibration = Calibration::new(0.5, [1.0, 0.25, -2.0, -1.0, -10.0, -20.0]);
+        let log_odds = 0.5 + 0.6f64.ln() + 2.5 - 0.2 - 0.1 - 0.1 - 0.02;
         assert!((calibration.confidence(&GOOD) - 1.0 / (1.0 + (-log_odds).exp())).abs() < 1e-12);
     }
 

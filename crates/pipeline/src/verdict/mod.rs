@@ -55,22 +55,22 @@ impl VerdictConfig {
     }
 
     pub(crate) fn judge(&self, evident: &Evident<'_>) -> Judgement {
+        let better = |score: f64, best: f64| score > best;
         let predictors = evident.predictors();
         match (self, predictors) {
             (VerdictConfig::AContrario(config), _) => {
-                evident.judged(evident.significance.judge(config), config.min_stiffness, 1.0, predictors)
+                evident.judged(evident.significance.judge(config), config.min_stiffness, &better, predictors)
             }
             (VerdictConfig::Dense(config), Some(known)) => {
-                let inliers = evident.significance.inliers;
-                evident.judged(config.judge(&known, inliers), config.min_stiffness, config.rival_score, predictors)
+                let believed = config.judge(&known, evident.significance.inliers);
+                let is_rival = |score: f64, best: f64| config.is_rival(score, best);
+                evident.judged(believed, config.min_stiffness, &is_rival, predictors)
             }
             // Without a dense ranking there is only chance to compare with.
-            (VerdictConfig::Dense(config), None) => evident.judged(
-                evident.significance.judge(&AContrarioConfig::default()),
-                config.min_stiffness,
-                1.0,
-                None,
-            ),
+            (VerdictConfig::Dense(config), None) => {
+                let believed = evident.significance.judge(&AContrarioConfig::default());
+                evident.judged(believed, config.min_stiffness, &better, None)
+            }
         }
     }
 }
@@ -97,7 +97,7 @@ impl Evident<'_> {
         &self,
         (confidence, doubt): (f64, Option<Failure>),
         min_stiffness: f64,
-        rival_score: f64,
+        is_rival: &dyn Fn(f64, f64) -> bool,
         predictors: Option<Predictors>,
     ) -> Judgement {
         let n_free = self.hold.n_free(min_stiffness);
@@ -108,7 +108,7 @@ impl Evident<'_> {
         }));
         let best = self.chosen.ranked.map_or(f64::INFINITY, |ranked| ranked.score.value());
         let rivals: Vec<Ranked> =
-            self.chosen.others.iter().filter(|other| other.score.value() > rival_score * best).copied().collect();
+            self.chosen.others.iter().filter(|other| is_rival(other.score.value(), best)).copied().collect();
         let ceiling = if n_free > 0 { SLIDING_CONFIDENCE } else { 1.0 };
         Judgement { confidence: confidence.min(ceiling), doubt, rivals, predictors }
     }
