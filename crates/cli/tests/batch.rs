@@ -1,6 +1,7 @@
 //! `congruent batch` and `merge` as a user meets them: one broken scan among four good ones.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
+use congruent_geometry::to_rows;
 use congruent_io::write_ply;
 use congruent_simulation::pair::{PairOptions, figurine_pair};
 use serde_json::Value;
@@ -142,6 +143,29 @@ fn tables_name_pairs_and_the_written_table_is_one() {
     assert_eq!(second.status.code(), Some(0), "{}", stderr(&second));
     let again = &rows(&out.path().join("second"))[0];
     assert_eq!((&again["target_from_source"], &again["seed"]), (&row["target_from_source"], &row["seed"]));
+}
+
+/// One random sample finds nothing; a pose that is given competes with it and wins.
+#[test]
+fn an_initial_pose_in_the_table_is_used() {
+    let (scans, out) = (scans(), TempDir::new().unwrap());
+    let options = PairOptions { view_angle: 30f64.to_radians(), pixels: 100, ..PairOptions::default() };
+    let truth = to_rows(&figurine_pair(&options).target_from_source);
+    let line = |id: &str, more: Value| {
+        let mut line = serde_json::json!({ "source": "view8.ply", "target": "view9.ply", "id": id, "truth": truth });
+        line.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        format!("{line}\n")
+    };
+    let table = line("searched", serde_json::json!({})) + &line("given", serde_json::json!({ "init": truth }));
+    let pairs = scans.path().join("pairs.jsonl");
+    std::fs::write(&pairs, table).unwrap();
+    let ended = batch(&pairs, out.path(), &["-c", "paper", "--set", "estimator.ransac.iterations=1"]);
+    let rows = rows(out.path());
+    let error = |id: &str| {
+        let row = rows.iter().find(|row| row["id"] == id).unwrap();
+        row["rotation_error_deg"].as_f64().unwrap_or(f64::INFINITY)
+    };
+    assert!(error("given") < 1.0 && error("searched") > 5.0, "{rows:?}{}", stderr(&ended));
 }
 
 #[test]

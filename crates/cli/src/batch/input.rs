@@ -122,7 +122,7 @@ fn of_table(path: &Path) -> Result<Input> {
     let job = |line: Line| {
         let [source, target] = [&line.source, &line.target].map(|name| scans.place(name, || located(&folder, name)));
         let id = line.id.unwrap_or_else(|| pairs::id_of(&line.source, &line.target));
-        Job { id, source, target, truth: line.truth }
+        Job { id, source, target, truth: line.truth, guess: line.guess }
     };
     let jobs = lines.into_iter().map(job).collect();
     Ok(Input { folder, scans: scans.files, wanted: Wanted::Listed(jobs), remarks })
@@ -136,6 +136,7 @@ fn of_dataset(path: &Path, data: Option<&Path>, choice: Option<PairChoice>) -> R
         source: scans.place(&pair.source, || pair.source_file.clone()),
         target: scans.place(&pair.target, || pair.target_file.clone()),
         truth: Some(pair.target_from_source),
+        guess: None,
     });
     let mut wanted = Wanted::Listed(jobs.collect());
     let mut scans = scans.files;

@@ -17,6 +17,8 @@ pub(super) struct Job {
     pub(super) target: usize,
     /// The true pose, to compare with.
     pub(super) truth: Option<RigidTransform>,
+    /// A pose that may be near: it competes with those that are found.
+    pub(super) guess: Option<RigidTransform>,
 }
 
 impl Job {
@@ -34,7 +36,13 @@ pub(super) fn id_of(source: &str, target: &str) -> String {
 
 /// The later scan is moved, the earlier one stays.
 fn job(scans: &[ScanFile], earlier: usize, later: usize) -> Job {
-    Job { id: id_of(&scans[later].name, &scans[earlier].name), source: later, target: earlier, truth: None }
+    Job {
+        id: id_of(&scans[later].name, &scans[earlier].name),
+        source: later,
+        target: earlier,
+        truth: None,
+        guess: None,
+    }
 }
 
 /// Each scan with each other one.

@@ -151,7 +151,7 @@ pub(super) mod tests {
 
     /// A row of a pair that could not be run.
     pub(in crate::batch) fn broken(id: &str) -> Row {
-        let job = Job { id: id.to_owned(), source: 0, target: 1, truth: None };
+        let job = Job { id: id.to_owned(), source: 0, target: 1, truth: None, guess: None };
         let error = (Status::Error, "a.ply: line 3, \"x\"\nis no number".to_owned());
         Row::failed((&job, ["a.ply", "b,c.ply"]), (7, "0f"), Duration::from_millis(1500), error)
     }

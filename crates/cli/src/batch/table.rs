@@ -4,14 +4,18 @@ use anyhow::{Result, anyhow, bail};
 use congruent_geometry::{RigidTransform, from_rows};
 use std::path::Path;
 
-/// A true pose farther from a rigid motion than this (Frobenius norm) is worth a warning …
+/// A pose farther from a rigid motion than this (Frobenius norm) is worth a warning …
 const WARN_ABOVE: f64 = 1e-3;
 /// … and one farther than this is none: the same bounds as for a data set.
 const REFUSE_ABOVE: f64 = 0.1;
-/// Names of the columns of a true pose: the upper three rows of the matrix.
-const TRUTH: [&str; 12] = ["r00", "r01", "r02", "tx", "r10", "r11", "r12", "ty", "r20", "r21", "r22", "tz"];
+/// Names of the columns of a true pose: the upper three rows of the matrix. Those of an initial pose begin with [`INIT`].
+const MATRIX: [&str; 12] = ["r00", "r01", "r02", "tx", "r10", "r11", "r12", "ty", "r20", "r21", "r22", "tz"];
+const INIT: &str = "init_";
 /// Those of them that nothing else is called.
 const ROTATION: char = 'r';
+/// What poses are called in messages.
+const TRUE_POSE: &str = "true pose";
+const INITIAL_POSE: &str = "initial pose";
 
 /// A pair, as a table has it.
 #[derive(Debug)]
@@ -20,8 +24,10 @@ pub(super) struct Line {
     pub(super) source: String,
     pub(super) target: String,
     pub(super) truth: Option<RigidTransform>,
-    /// The matrix of the truth was not quite rigid.
-    is_skewed: bool,
+    /// A pose that may be near.
+    pub(super) guess: Option<RigidTransform>,
+    /// Matrices that were not quite rigid.
+    n_skewed: usize,
 }
 
 /// Rows of text under named columns.
@@ -43,9 +49,9 @@ pub(super) fn read(path: &Path) -> Result<(Vec<Line>, Vec<String>)> {
         if is("jsonl") { jsonl(text) } else { csv(text).and_then(|columns| pairs(&columns)) }
     };
     let lines = lines.map_err(|error| anyhow!("{}: {error}", path.display()))?;
-    let n_skewed = lines.iter().filter(|line| line.is_skewed).count();
+    let n_skewed: usize = lines.iter().map(|line| line.n_skewed).sum();
     let remark = format!(
-        "{}: {n_skewed} true poses are more than {WARN_ABOVE} away from a rigid motion; the nearest rigid one is used",
+        "{}: {n_skewed} poses are more than {WARN_ABOVE} away from a rigid motion; the nearest rigid one is used",
         path.display()
     );
     Ok((lines, Vec::from_iter((n_skewed > 0).then_some(remark))))
@@ -53,9 +59,9 @@ pub(super) fn read(path: &Path) -> Result<(Vec<Line>, Vec<String>)> {
 
 #[cfg(feature = "parquet")]
 fn parquet(path: &Path) -> Result<Columns> {
-    let mut wanted = vec!["source", "target", "id"];
-    wanted.extend(TRUTH);
-    super::parquet::read(path, &wanted)
+    let mut wanted = ["source", "target", "id"].map(str::to_owned).to_vec();
+    wanted.extend(["", INIT].iter().flat_map(|prefix| MATRIX.map(|name| format!("{prefix}{name}"))));
+    super::parquet::read(path, &wanted.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
 #[cfg(not(feature = "parquet"))]
@@ -87,26 +93,35 @@ fn pairs(Columns { names, rows }: &Columns) -> Result<Vec<Line>> {
         column(wanted).ok_or_else(|| anyhow!("there is no column `{wanted}` among `{}`", names.join(",")))
     };
     let (source, target, id) = (needed("source")?, needed("target")?, column("id"));
-    let has_truth = TRUTH.iter().any(|name| name.starts_with(ROTATION) && column(name).is_some());
-    let truth: Vec<usize> = if has_truth { TRUTH.into_iter().map(needed).collect::<Result<_>>()? } else { Vec::new() };
+    let matrix = |prefix: &str| -> Result<Vec<usize>> {
+        let named = MATRIX.map(|name| format!("{prefix}{name}"));
+        let is_there = MATRIX
+            .iter()
+            .zip(&named)
+            .any(|(name, column_name)| name.starts_with(ROTATION) && column(column_name).is_some());
+        if is_there { named.iter().map(|name| needed(name)).collect() } else { Ok(Vec::new()) }
+    };
+    let (truth, guess) = (matrix("")?, matrix(INIT)?);
     let row = |(number, fields): &(usize, Vec<String>)| {
         let text = |at: usize| fields[at].clone();
-        let truth = pose(&truth.iter().map(|&at| fields[at].as_str()).collect::<Vec<_>>(), *number)?;
-        line((text(source), text(target), id.map(text)), truth, *number)
+        let pose = |columns: &[usize], what: &str| {
+            pose(&columns.iter().map(|&at| fields[at].as_str()).collect::<Vec<_>>(), what, *number)
+        };
+        let poses = (pose(&truth, TRUE_POSE)?, pose(&guess, INITIAL_POSE)?);
+        line((text(source), text(target), id.map(text)), poses, *number)
     };
     rows.iter().map(row).collect()
 }
 
 /// From the upper three rows; nothing where none is given.
-fn pose(fields: &[&str], line: usize) -> Result<Option<Pose>> {
+fn pose(fields: &[&str], what: &str, line: usize) -> Result<Option<Pose>> {
     if fields.iter().all(|field| field.is_empty()) {
         return Ok(None);
     }
-    let number = |field: &&str| {
-        field.parse::<f64>().map_err(|_| anyhow!("line {line}: the true pose: `{field}` is not a number"))
-    };
+    let number =
+        |field: &&str| field.parse::<f64>().map_err(|_| anyhow!("line {line}: the {what}: `{field}` is not a number"));
     let numbers = fields.iter().map(number).collect::<Result<Vec<f64>>>()?;
-    rigid(&numbers, line).map(Some)
+    rigid(&numbers, what, line).map(Some)
 }
 
 fn jsonl(text: &str) -> Result<Vec<Line>> {
@@ -116,22 +131,30 @@ fn jsonl(text: &str) -> Result<Vec<Line>> {
         source: String,
         target: String,
         truth: Option<[[f64; 4]; 4]>,
+        init: Option<[[f64; 4]; 4]>,
     }
     let rows = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty());
     rows.map(|(number, text)| {
-        let Object { id, source, target, truth } =
+        let Object { id, source, target, truth, init } =
             serde_json::from_str(text).map_err(|error| anyhow!("line {number}: {error}"))?;
-        let truth = truth.map(|rows| rigid(rows[..3].as_flattened(), number)).transpose()?;
-        line((source, target, id), truth, number)
+        let pose = |rows: Option<[[f64; 4]; 4]>, what: &str| {
+            rows.map(|rows| rigid(rows[..3].as_flattened(), what, number)).transpose()
+        };
+        line((source, target, id), (pose(truth, TRUE_POSE)?, pose(init, INITIAL_POSE)?), number)
     })
     .collect()
 }
 
-fn line((source, target, id): (String, String, Option<String>), truth: Option<Pose>, number: usize) -> Result<Line> {
+fn line(
+    (source, target, id): (String, String, Option<String>),
+    (truth, guess): (Option<Pose>, Option<Pose>),
+    number: usize,
+) -> Result<Line> {
     if source.is_empty() || target.is_empty() || id.as_ref().is_some_and(String::is_empty) {
         bail!("line {number}: source, target and id may not be empty");
     }
-    Ok(Line { id, source, target, truth: truth.map(|t| t.nearest), is_skewed: truth.is_some_and(|t| t.is_skewed) })
+    let n_skewed = [truth, guess].into_iter().flatten().filter(|pose| pose.is_skewed).count();
+    Ok(Line { id, source, target, truth: truth.map(|t| t.nearest), guess: guess.map(|g| g.nearest), n_skewed })
 }
 
 #[derive(Clone, Copy)]
@@ -141,11 +164,11 @@ struct Pose {
 }
 
 /// From the upper three rows.
-fn rigid(numbers: &[f64], line: usize) -> Result<Pose> {
+fn rigid(numbers: &[f64], what: &str, line: usize) -> Result<Pose> {
     let row = |i: usize| std::array::from_fn(|j| numbers[4 * i + j]);
     let rows = [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]];
     let nearest = from_rows(&rows, REFUSE_ABOVE)
-        .ok_or_else(|| anyhow!("line {line}: the true pose is no rigid motion; remove scale, shear and mirroring"))?;
+        .ok_or_else(|| anyhow!("line {line}: the {what} is no rigid motion; remove scale, shear and mirroring"))?;
     Ok(Pose { nearest, is_skewed: from_rows(&rows, WARN_ABOVE).is_none() })
 }
 
@@ -210,7 +233,19 @@ mod tests {
         assert!(with[1].truth.is_none());
         let (skewed, remarks) = lines("t.csv", &IDENTITY.replace("1,0,0,5", "1.01,0,0,5")).unwrap();
         assert_eq!(skewed[0].truth.unwrap().rotation, nalgebra::UnitQuaternion::identity());
-        assert!(remarks[0].contains("1 true poses are more than 0.001 away"), "{remarks:?}");
+        assert!(remarks[0].contains("1 poses are more than 0.001 away"), "{remarks:?}");
+    }
+
+    #[test]
+    fn an_initial_pose_is_read_in_both_forms() {
+        let header = MATRIX.map(|name| format!("init_{name}")).join(",");
+        let csv = format!("source,target,{header}\na,b,1,0,0,5,0,1,0,0,0,0,1,0\nc,d,,,,,,,,,,,,\n");
+        let json = r#"{"source":"a","target":"b","init":[[1,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}"#;
+        for (name, text) in [("t.csv", csv.as_str()), ("t.jsonl", json)] {
+            let (lines, _) = lines(name, text).unwrap();
+            assert_eq!(lines[0].guess.unwrap().translation.vector.x, 5.0);
+            assert!(lines[0].truth.is_none() && lines.get(1).is_none_or(|line| line.guess.is_none()));
+        }
     }
 
     #[test]
@@ -223,6 +258,12 @@ mod tests {
             ("t.csv", &IDENTITY.replace("1,0,0,5", "2,0,0,5"), "line 2: the true pose"),
             ("t.csv", &IDENTITY.replace("1,0,0,5", "1,,0,5"), "line 2: the true pose: `` is not a number"),
             ("t.csv", &IDENTITY.replace("r01", "r0l"), "no column `r01`"),
+            ("t.csv", "source,target,init_r00\na,b,1\n", "no column `init_r01`"),
+            (
+                "t.jsonl",
+                "{\"source\":\"a\",\"target\":\"b\",\"init\":[[2,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}",
+                "line 1: the initial pose",
+            ),
             ("t.jsonl", "\n{}\n", "line 2: missing field"),
         ] {
             let message = lines(name, text).unwrap_err().to_string();

@@ -118,11 +118,9 @@ impl Work<'_> {
         let [first, second] = [job.source, job.target].map(|at| self.survey.scans[at].as_ref().map_err(Clone::clone));
         let centre = first?.centre;
         second?;
+        let prior = job.guess.map(Prior::guess).unwrap_or_default();
         let collection = self.survey.collection.as_ref().expect("usable scans make a collection");
-        Ok((
-            collection.register(Pair { source: &source, target: &target }, (seed, &Prior::default()), observe)?,
-            centre,
-        ))
+        Ok((collection.register(Pair { source: &source, target: &target }, (seed, &prior), observe)?, centre))
     }
 }
 
@@ -164,7 +162,7 @@ mod tests {
             assert!(text.parse::<Share>().is_err(), "{text}");
         }
         let jobs = |ids: &[&str]| -> Vec<Job> {
-            ids.iter().map(|id| Job { id: (*id).to_owned(), source: 0, target: 1, truth: None }).collect()
+            ids.iter().map(|id| Job { id: (*id).to_owned(), source: 0, target: 1, truth: None, guess: None }).collect()
         };
         let part = |text: &str| text.parse::<Share>().unwrap().of(jobs(&["a", "b", "c", "d", "e"]));
         assert_eq!(part("1/1").len(), 5);
@@ -177,7 +175,7 @@ mod tests {
     fn a_panic_or_a_lack_of_time_in_one_pair_is_a_row_with_an_error() {
         silence_panics();
         let row = |work: fn() -> Result<(), String>| {
-            let job = Job { id: "b--a".to_owned(), source: 0, target: 1, truth: None };
+            let job = Job { id: "b--a".to_owned(), source: 0, target: 1, truth: None, guess: None };
             let failed = outcome(Some(Duration::from_secs(90)), work).unwrap_err();
             let row = Row::failed((&job, ["b", "a"]), (7, "0f"), Duration::ZERO, failed);
             (row.status, row.error.unwrap())

@@ -3,10 +3,12 @@
 use super::{Scene, Trial};
 use congruent_evaluation::calibration::Origin;
 use congruent_pipeline::Pair;
+use congruent_simulation::Mesh;
 use congruent_simulation::ambiguous::{Subject, ambiguous_pair};
 use congruent_simulation::benchmark::{Benchmark, Group, Kind};
 use congruent_simulation::pair::{PairOptions, figurine_pair};
-use congruent_simulation::scanner::RangeNoise;
+use congruent_simulation::scanner::{RangeNoise, VirtualScanner};
+use congruent_simulation::shapes::figurine;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -14,13 +16,24 @@ const KINDS: [(&str, Kind); 4] =
     [("u3m-like", Kind::U3m), ("bmr-like", Kind::Bmr), ("u3or-like", Kind::U3or), ("bod5-like", Kind::Bod5)];
 /// Pairs that are taken from one group of a benchmark, evenly, so that many shapes take part.
 const PER_GROUP: usize = 4;
+/// Along the three axes: each makes another object of a figurine.
+const STRETCHES: [[f64; 3]; 3] = [[1.7, 0.7, 0.8], [0.8, 1.5, 0.8], [0.75, 0.75, 1.6]];
+/// Where the scanners look from: a little from above, and so many radii away.
+const ELEVATION: f64 = 0.25;
+const DISTANCE_FACTOR: f64 = 3.5;
+/// Between the looks at two objects that are alike, radians, times 0 to 4.
+const TURN: f64 = 0.35;
 /// Views of a figurine from opposite sides: they share its outline at most.
 const OPPOSITE: [f64; 2] = [2.4, PI];
 
-/// `n` pairs of each kind of benchmark, and as many pairs of views that hardly overlap.
+/// `n` pairs of each kind of benchmark, as many pairs of views that hardly overlap, and as many pairs of each way in which
+/// two objects are alike.
 pub(super) fn trials<'a>(n: usize, seed: u64) -> Vec<Trial<'a>> {
     let mut trials: Vec<Trial<'a>> = KINDS.iter().flat_map(|&(name, kind)| benchmark(name, kind, n, seed)).collect();
     trials.extend((0..n as u64).map(|number| opposite(number, seed)));
+    let relatives = [Relative::Stretched, Relative::Sibling];
+    trials
+        .extend(relatives.iter().flat_map(|&relative| (0..n as u64).map(move |number| alike(relative, number, seed))));
     trials
 }
 
@@ -76,4 +89,46 @@ fn opposite<'a>(number: u64, seed: u64) -> Trial<'a> {
         Ok(Scene { scans, target_from_source: Some(pair.target_from_source) })
     };
     Trial { group: id.clone(), id, origin: Origin::Simulated, scene: Box::new(scene) }
+}
+
+/// How another object resembles a figurine.
+#[derive(Clone, Copy, Debug)]
+enum Relative {
+    /// It is the same, but longer one way and shorter the others.
+    Stretched,
+    /// It is made of the same parts, elsewhere and of other sizes.
+    Sibling,
+}
+
+/// Looks at two objects that have much in common, from small to middling images.
+fn alike<'a>(relative: Relative, number: u64, seed: u64) -> Trial<'a> {
+    let id = format!("alike/{relative:?}-{number}").to_lowercase();
+    let scene = move || {
+        let seed = seed.wrapping_add(2000 + number);
+        let object = figurine(seed);
+        let other = match relative {
+            Relative::Stretched => stretched(&object, STRETCHES[number as usize % STRETCHES.len()]),
+            Relative::Sibling => figurine(seed.wrapping_add(500)),
+        };
+        let pixels = 100 + 70 * (number % 3) as u32;
+        let noise = RangeNoise::gaussian(0.02 * (number % 4) as f64);
+        let look = |mesh: &Mesh, azimuth: f64, seed: u64| {
+            VirtualScanner { noise, ..VirtualScanner::orbit(mesh, azimuth, ELEVATION, DISTANCE_FACTOR, pixels) }
+                .scan(mesh, seed)
+                .cloud()
+        };
+        let azimuth = number as f64;
+        let scans = Pair {
+            source: look(&object, azimuth, 2 * seed),
+            target: look(&other, azimuth + TURN * (number % 5) as f64, 2 * seed + 1),
+        };
+        Ok(Scene { scans, target_from_source: None })
+    };
+    Trial { group: id.clone(), id, origin: Origin::Crossed, scene: Box::new(scene) }
+}
+
+fn stretched(object: &Mesh, factors: [f64; 3]) -> Mesh {
+    let mut mesh = object.clone();
+    mesh.points.iter_mut().for_each(|p| (0..3).for_each(|axis| p[axis] *= factors[axis]));
+    mesh
 }
