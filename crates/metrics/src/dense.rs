@@ -92,26 +92,6 @@ pub fn agreement(
     }
 }
 
-/// How far neighbouring points of one surface lie off each other's tangent planes, data units: the distance that noise and
-/// sampling leave between two scans of one surface even under the right pose. At most `max_points` points are looked at,
-/// spread evenly over the surface's order; points without normals or neighbours are left out, and with nothing left it is
-/// zero.
-#[must_use]
-pub fn roughness(surface: &Surface, max_points: usize) -> f64 {
-    let stride = surface.len().div_ceil(max_points.max(1)).max(1);
-    let (mut sum, mut n) = (0.0, 0.0);
-    for (i, point) in surface.points().iter().enumerate().step_by(stride) {
-        let neighbors = surface.index().nearest_n(point, 2);
-        let Some(other) = neighbors.iter().map(|found| found.index as usize).find(|&j| j != i) else { continue };
-        let normal = &surface.normals()[other];
-        if dot(normal, normal) > 0.0 {
-            sum += f64::from(dot(&minus(point, &surface.points()[other]), normal).abs());
-            n += 1.0;
-        }
-    }
-    if n > 0.0 { sum / n } else { 0.0 }
-}
-
 /// Sums over the points of one surface, moved before the other.
 #[derive(Default)]
 struct Tally {
@@ -229,19 +209,6 @@ mod tests {
         assert!(same.soft_overlap > 0.999 && same.overlap == 1.0 && same.residual < 1e-6);
         assert!(same.hover == 0.0 && same.occlusion == 0.0 && same.disagreeing == 0.0);
         assert_eq!(same.score(&RULE), Score::new(same.soft_overlap));
-    }
-
-    #[test]
-    fn roughness_is_what_neighbours_are_off() {
-        assert_eq!(roughness(&sheet(), 10_000), 0.0);
-        // Every other point lifted by 0.5: the nearest neighbour is on the other level.
-        let points: Vec<Point> = (0..1600)
-            .map(|i| [2.0 * (i % 40) as f32, 2.0 * (i / 40) as f32, 0.5 * ((i % 40 + i / 40) % 2) as f32])
-            .collect();
-        let index = NeighborIndex::new(&points);
-        let rough = Surface::new(points, vec![[0.0, 0.0, 1.0]; 1600], index, 2.0);
-        assert!((roughness(&rough, 10_000) - 0.5).abs() < 1e-6);
-        assert!((roughness(&rough, 100) - 0.5).abs() < 1e-6);
     }
 
     #[test]

@@ -19,7 +19,7 @@ mod vicinity;
 
 pub use clouds::{Clouds, Density};
 pub use config::{MetricConfig, OverlapConfig, PointDistanceConfig, QuantileConfig, ThresholdConfig};
-pub use dense::{DenseAgreement, DenseRule, DenseSurface, agreement, roughness};
+pub use dense::{DenseAgreement, DenseRule, DenseSurface, agreement};
 pub use depth_image::DepthImage;
 pub use evidence::Evidence;
 pub use kernels::TruncatedError;

@@ -10,7 +10,10 @@ use congruent_geometry::RigidTransform;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What was doubted more than this is no word at all: half of what registrations are believed from.
-const MIN_CONFIDENCE: f64 = 0.25;
+const MIN_CONFIDENCE: f64 = 0.3;
+/// Surfaces of one thing lie as close to each other everywhere; those that part this many times as far as the kept ones do
+/// (their median) are of two things that resemble each other.
+const MAX_RESIDUAL: f64 = 2.5;
 
 /// One candidate between two components, from the later one into the earlier one.
 struct Bridge {
@@ -29,13 +32,15 @@ pub(crate) fn strongest(
     (poses, components): (&[RigidTransform], &[Vec<usize>]),
     settings: &Settings,
 ) -> Vec<usize> {
+    let within = MAX_RESIDUAL * kept_residual(candidates, fates).unwrap_or(f64::INFINITY);
     let mut between: BTreeMap<(usize, usize), Vec<Bridge>> = BTreeMap::new();
     let mut component_of = vec![0; nodes.len()];
     for (number, members) in components.iter().enumerate() {
         members.iter().for_each(|&node| component_of[node] = number);
     }
     for (at, candidate) in candidates.iter().enumerate() {
-        let plausible = candidate.belief == Belief::Uncertain || candidate.confidence >= MIN_CONFIDENCE;
+        let likely = candidate.belief == Belief::Uncertain || candidate.confidence >= MIN_CONFIDENCE;
+        let plausible = likely && candidate.touch.residual <= within;
         let weak = candidate.belief != Belief::Believed && plausible && fates[at] != Fate::Kept;
         let (source, target) = (component_of[candidate.source], component_of[candidate.target]);
         if !weak || source == target {
@@ -52,6 +57,14 @@ pub(crate) fn strongest(
     let found = between.values().filter_map(|bridges| agreed(nodes, candidates, poses, bridges, settings));
     // The earliest of the strongest.
     found.reduce(|a, b| if b.0 > a.0 { b } else { a }).map(|(_, members)| members).unwrap_or_default()
+}
+
+/// How far the surfaces of kept candidates part, in the middle; nothing without any.
+fn kept_residual(candidates: &[Candidate], fates: &[Fate]) -> Option<f64> {
+    let kept = candidates.iter().zip(fates).filter(|(_, fate)| **fate == Fate::Kept);
+    let mut residuals: Vec<f64> = kept.map(|(candidate, _)| candidate.touch.residual).collect();
+    residuals.sort_by(f64::total_cmp);
+    residuals.get(residuals.len() / 2).copied()
 }
 
 /// Pairs of scans that agree, and their confidences added up.
@@ -110,6 +123,23 @@ mod tests {
         assert!(joined(&[(2, 0, right), (3, 0, wrong(1)), (1, 3, wrong(2))]).is_empty());
         assert!(joined(&[(2, 0, right), (2, 0, right)]).is_empty(), "two poses of one pair are one word");
         assert!(joined(&[]).is_empty());
+    }
+
+    #[test]
+    fn surfaces_that_part_more_than_those_that_are_kept_join_nothing() {
+        let right = RigidTransform::identity();
+        let joined = |residual: f64| {
+            let mut candidates =
+                [(1, 0, Belief::Believed), (3, 2, Belief::Believed), (2, 0, Belief::Doubted), (3, 1, Belief::Doubted)]
+                    .map(|(source, target, belief)| candidate(source, target, right, belief));
+            candidates.iter_mut().for_each(|c| c.touch.residual = 0.1);
+            candidates[2..].iter_mut().for_each(|c| c.touch.residual = residual);
+            let fates = [Fate::Kept, Fate::Kept, Fate::Unsupported, Fate::Unsupported];
+            let poses = [right; 4];
+            strongest(&nodes(4), &candidates, &fates, (&poses, &[vec![0, 1], vec![2, 3]]), &Settings::new(1.0))
+        };
+        assert_eq!(joined(0.2), [2, 3]);
+        assert!(joined(0.3).is_empty());
     }
 
     #[test]

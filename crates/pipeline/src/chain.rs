@@ -13,7 +13,7 @@ use congruent_estimators::Hypothesis;
 use congruent_geometry::{Oriented, RigidTransform, Scan, Surface};
 use congruent_keypoints::Keypoint;
 use congruent_matching::Correspondence;
-use congruent_metrics::{Evidence, roughness};
+use congruent_metrics::Evidence;
 use congruent_refinement::{Hold, PointToPlaneConfig, Refinement, Uncertainty};
 use nalgebra::Vector3;
 
@@ -249,13 +249,7 @@ impl Chain<'_, '_> {
         let significance =
             self.clock.time(Stage::Verdict, || Significance::of(pose, evidence, threshold.resolve(resolution), trials));
         self.counts.inliers = significance.inliers;
-        let evidence_of = Evident {
-            chosen,
-            significance: &significance,
-            hold: self.hold(surfaces, pose),
-            roughness: mutual_roughness(surfaces),
-            resolution,
-        };
+        let evidence_of = Evident { chosen, significance: &significance, hold: self.hold(surfaces, pose), resolution };
         let mut judgement = config.verdict.judge(&evidence_of);
         judgement.doubt = judgement.doubt.map(|doubt| self.bounded(doubt));
         Answer {
@@ -270,15 +264,6 @@ impl Chain<'_, '_> {
         }
     }
 }
-
-/// What two scans part by where they show one surface: as independent errors add up.
-fn mutual_roughness(surfaces: &Pair<Surface>) -> f64 {
-    let Pair { source, target } = surfaces.as_ref().map(|surface| roughness(surface, ROUGHNESS_POINTS));
-    ((source * source + target * target) / 2.0).sqrt()
-}
-
-/// Points at which the roughness of a surface is measured.
-const ROUGHNESS_POINTS: usize = 2000;
 
 /// The pose that an attempt settled on.
 pub(crate) struct Chosen {

@@ -85,7 +85,6 @@ pub(super) mod tests {
                     score: stream.between(0.02, 0.8),
                     overlap: 0.5,
                     residual_pr: stream.between(0.05, 1.5),
-                    roughness_pr: stream.between(0.05, 0.3),
                     contradictions: stream.between(0.0, 0.1),
                     disagreeing: stream.between(0.0, 0.05),
                     runner_up: stream.unit(),

@@ -14,9 +14,6 @@ pub struct Predictors {
     pub overlap: f64,
     /// Mean distance of those to the other surface, `pr`; at most [`MAX_RESIDUAL_PR`], which it also is where nothing touches.
     pub residual_pr: f64,
-    /// What noise and sampling leave between two scans of one surface even under the right pose, `pr`.
-    #[serde(default)]
-    pub roughness_pr: f64,
     /// Share of points that hover before the other surface or would have hidden it.
     pub contradictions: f64,
     /// Share of points that touch with normals that disagree.
@@ -119,7 +116,6 @@ mod tests {
         score: 0.6,
         overlap: 0.7,
         residual_pr: 0.1,
-        roughness_pr: 0.08,
         contradictions: 0.001,
         disagreeing: 0.01,
         runner_up: 0.1,

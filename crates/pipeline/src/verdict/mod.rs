@@ -21,8 +21,6 @@ pub(crate) struct Evident<'a> {
     pub(crate) chosen: &'a Chosen,
     pub(crate) significance: &'a Significance,
     pub(crate) hold: Hold,
-    /// Of both scans together, data units.
-    pub(crate) roughness: f64,
     /// `pr`, data units.
     pub(crate) resolution: f64,
 }
@@ -86,7 +84,6 @@ impl Evident<'_> {
             score: best,
             overlap: ranked.agreement.overlap,
             residual_pr: (ranked.agreement.residual / self.resolution).min(MAX_RESIDUAL_PR),
-            roughness_pr: self.roughness / self.resolution,
             contradictions: ranked.agreement.hover + ranked.agreement.occlusion,
             disagreeing: ranked.agreement.disagreeing,
             runner_up: if best > 0.0 { (second / best).min(1.0) } else { 1.0 },
