@@ -4,7 +4,7 @@
 //! need are four products: a·δ, b·δ, a·b and δ·(a × b). They keep their values (the first two up to a sign) when the points
 //! change roles, so a pair is looked at once for both.
 
-use congruent_geometry::{Cells, Point, Surface};
+use congruent_geometry::{OrderedPoints, Point, Surface};
 use multiversion::multiversion;
 use rayon::prelude::*;
 
@@ -67,22 +67,17 @@ fn cross(a: Point, b: Point) -> Point {
 
 /// A surface in the order of a grid, a coordinate at a time.
 struct Ordered {
-    cells: Cells,
-    points: [Vec<f32>; 3],
+    points: OrderedPoints,
     normals: [Vec<f32>; 3],
 }
 
 impl Ordered {
     fn new(surface: &Surface, radius: f64) -> Ordered {
-        let cells = Cells::new(surface.points(), radius / CELLS_PER_RADIUS);
-        let column = |of: &[Point], axis: usize| cells.order().iter().map(|&i| of[i as usize][axis]).collect();
-        let points = std::array::from_fn(|axis| column(surface.points(), axis));
-        let normals = std::array::from_fn(|axis| column(surface.normals(), axis));
-        Ordered { cells, points, normals }
-    }
-
-    fn point(&self, i: usize) -> Point {
-        std::array::from_fn(|axis| self.points[axis][i])
+        let points = OrderedPoints::new(surface.points(), radius / CELLS_PER_RADIUS);
+        let column =
+            |axis: usize| points.cells().order().iter().map(|&i| surface.normals()[i as usize][axis]).collect();
+        let normals = std::array::from_fn(column);
+        Ordered { points, normals }
     }
 
     fn normal(&self, i: usize) -> Point {
@@ -94,8 +89,8 @@ impl Ordered {
         let mut found = [NO_BINS; BLOCK];
         for start in run.clone().step_by(BLOCK) {
             let end = run.end.min(start + BLOCK);
-            let columns = [&self.points, &self.normals].map(|of| of.each_ref().map(|axis| &axis[start..end]));
-            bins_of_block(self.point(i), self.normal(i), columns, radius_sq, &mut found[..end - start]);
+            let columns = [self.points.columns(), &self.normals].map(|of| of.each_ref().map(|axis| &axis[start..end]));
+            bins_of_block(self.points.point(i), self.normal(i), columns, radius_sq, &mut found[..end - start]);
             for (j, &bins) in (start..end).zip(&found) {
                 if bins != NO_BINS && j != i {
                     visit(j, bins);
@@ -160,7 +155,7 @@ fn squared(radius: f64) -> f32 {
 pub(crate) fn pair_histograms(surface: &Surface, needed: &[bool], radius: f64) -> Vec<[f32; DIM]> {
     let n = surface.len();
     let ordered = Ordered::new(surface, radius);
-    let order = ordered.cells.order();
+    let order = ordered.points.cells().order();
     let needed: Vec<bool> = order.iter().map(|&i| needed[i as usize]).collect();
     let share = n.div_ceil(2 * rayon::current_num_threads()).max(1);
     let parts: Vec<Vec<[u32; DIM]>> = (0..n.div_ceil(share))
@@ -180,7 +175,7 @@ fn counts_of(ordered: &Ordered, needed: &[bool], radius: f64, some: std::ops::Ra
     let mut counts = vec![[0u32; DIM]; needed.len()];
     let all_needed = needed.iter().all(|is_needed| *is_needed);
     for i in some.filter(|&i| needed[i] && ordered.normal(i) != [0.0; 3]) {
-        for run in ordered.cells.runs(&ordered.point(i), radius) {
+        for run in ordered.points.cells().runs(&ordered.points.point(i), radius) {
             let start = if all_needed { run.start.max(i + 1) } else { run.start };
             ordered.visit(i, start..run.end.max(start), squared(radius), |j, bins| {
                 if !needed[j] {

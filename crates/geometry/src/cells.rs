@@ -54,6 +54,11 @@ impl Cells {
         &self.order
     }
 
+    /// The places of each cell's points in the order; empty cells too.
+    pub(crate) fn members(&self) -> impl Iterator<Item = Range<usize>> + '_ {
+        self.starts.windows(2).map(|ends| ends[0] as usize..ends[1] as usize)
+    }
+
     /// Runs of the order, ascending, that hold all points within `radius` (data units) of a place, and others.
     pub fn runs(&self, centre: &Point, radius: f64) -> impl Iterator<Item = Range<usize>> + '_ {
         let Grid { side, size, .. } = self.grid;

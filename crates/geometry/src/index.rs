@@ -56,6 +56,15 @@ impl NeighborIndex {
         Some(Neighbor { index: hit.item, distance_sq: hit.distance })
     }
 
+    /// The nearest point at most `radius` away (inclusive), itself included.
+    #[must_use]
+    pub fn nearest_within(&self, query: &Point, radius: f64) -> Option<Neighbor> {
+        let radius = radius as f32;
+        let nearest = self.tree.as_ref()?.query(query).nearest_n::<Squared>(NonZero::<usize>::MIN);
+        let hits = nearest.within(radius * radius).execute();
+        hits.first().map(|hit| Neighbor { index: hit.item, distance_sq: hit.distance })
+    }
+
     /// The `k` nearest points, nearest first; all of them where there are fewer.
     #[must_use]
     pub fn nearest_n(&self, query: &Point, k: usize) -> Vec<Neighbor> {
@@ -121,6 +130,14 @@ mod tests {
             let nearest: Vec<f32> = index.nearest_n(query, 12).iter().map(|n| n.distance_sq).collect();
             assert_eq!(nearest, all[..12]);
             assert_eq!(index.nearest(query).unwrap().distance_sq, 0.0);
+            let beside = query.map(|v| v + 0.05);
+            let nearest = index.nearest(&beside);
+            let rim = f64::from(nearest.unwrap().distance_sq.sqrt());
+            assert_eq!(
+                index.nearest_within(&beside, 1.001 * rim).map(|n| n.distance_sq),
+                nearest.map(|n| n.distance_sq)
+            );
+            assert_eq!(index.nearest_within(&beside, 0.999 * rim), None);
         }
     }
 

@@ -53,12 +53,6 @@ pub(crate) struct Scene<'a> {
     pub(crate) nearest: &'a dyn Nearest,
 }
 
-impl<'a> Scene<'a> {
-    pub(crate) fn new(source: &'a Surface, target: &'a Surface) -> Self {
-        Scene { source, target, nearest: target.index() }
-    }
-}
-
 impl Schedule {
     /// Moves, and says how good the end is; the start is kept where the surfaces lose touch.
     pub(crate) fn refine<D: Distance>(&self, scene: Scene<'_>, distance: &D, start: &RigidTransform) -> Refinement {

@@ -6,6 +6,7 @@
 
 use crate::descent::{Distance, Scene};
 use crate::equations::Equations;
+use crate::nearest::Exact;
 use crate::pairing::Touch;
 use crate::{Freedom, Refinement, Refiner, Schedule};
 use congruent_geometry::{RigidTransform, Surface};
@@ -31,7 +32,9 @@ impl Gicp {
 
 impl Refiner for Gicp {
     fn refine(&self, source: &Surface, target: &Surface, start: &RigidTransform) -> Refinement {
-        self.schedule.refine(Scene::new(source, target), &Discs { flatness: self.flatness }, start)
+        let exact = Exact::of(target);
+        let scene = Scene { source, target, nearest: exact.search() };
+        self.schedule.refine(scene, &Discs { flatness: self.flatness }, start)
     }
 }
 

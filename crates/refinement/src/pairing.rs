@@ -28,7 +28,7 @@ pub(crate) struct Pairing<'a> {
     nearest: &'a dyn Nearest,
     rotation: Matrix3<f64>,
     shift: Vector3<f64>,
-    radius_sq: f64,
+    radius: f64,
     min_normal_cosine: f64,
     scale_sq: f64,
 }
@@ -47,27 +47,27 @@ impl<'a> Pairing<'a> {
             nearest,
             rotation: *pose.rotation.to_rotation_matrix().matrix(),
             shift: pose.translation.vector,
-            radius_sq: radius * radius,
+            radius,
             min_normal_cosine,
             scale_sq: scale * scale,
         }
     }
 
     pub(crate) fn radius(&self) -> f64 {
-        self.radius_sq.sqrt()
+        self.radius
     }
 
     /// What point `i` of the source touches, if anything.
     #[inline]
     pub(crate) fn touch(&self, i: usize) -> Option<Touch> {
         let moved = self.rotation * wide(self.source.points()[i]) + self.shift;
-        let found = self.nearest.nearest(&narrow(&moved))? as usize;
+        let found = self.nearest.nearest(&narrow(&moved), self.radius)? as usize;
         let offset = moved - wide(self.target.points()[found]);
         let normal = wide(self.target.normals()[found]);
         let turned = self.rotation * wide(self.source.normals()[i]);
         let cosine = turned.dot(&normal);
         // Written so that a NaN is refused.
-        if !(offset.norm_squared() <= self.radius_sq && cosine >= self.min_normal_cosine) {
+        if !(offset.norm_squared() <= self.radius * self.radius && cosine >= self.min_normal_cosine) {
             return None;
         }
         let distance = offset.dot(&normal);

@@ -2,6 +2,7 @@
 
 use crate::descent::{Distance, Scene};
 use crate::equations::Equations;
+use crate::nearest::Exact;
 use crate::pairing::Touch;
 use crate::{Freedom, Nearest, Refinement, Refiner, Schedule};
 use congruent_geometry::{RigidTransform, Surface};
@@ -15,7 +16,8 @@ pub struct PointToPlane {
 
 impl Refiner for PointToPlane {
     fn refine(&self, source: &Surface, target: &Surface, start: &RigidTransform) -> Refinement {
-        self.schedule.refine(Scene::new(source, target), &Planes, start)
+        let exact = Exact::of(target);
+        self.schedule.refine(Scene { source, target, nearest: exact.search() }, &Planes, start)
     }
 }
 
@@ -42,7 +44,8 @@ impl PointToPlane {
     /// What holds a pose as it is: the pairs within the end radius, all points of the source up to the maximum.
     #[must_use]
     pub fn measure(&self, source: &Surface, target: &Surface, pose: &RigidTransform) -> Refinement {
-        self.schedule.measure(Scene::new(source, target), &Planes, pose)
+        let exact = Exact::of(target);
+        self.schedule.measure(Scene { source, target, nearest: exact.search() }, &Planes, pose)
     }
 }
 

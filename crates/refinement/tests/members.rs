@@ -3,8 +3,8 @@
 
 use congruent_geometry::random::Stream;
 use congruent_geometry::{
-    NearestField, NeighborIndex, Neighborhood, Orientation, Point, RigidTransform, Surface, angle_between,
-    estimate_normals, mean_displacement, narrow, orient,
+    NearestField, NeighborIndex, Neighborhood, OrderedPoints, Orientation, Point, RigidTransform, Surface,
+    angle_between, estimate_normals, mean_displacement, narrow, orient,
 };
 use congruent_refinement::{Freedom, GicpConfig, Nearest, PointToPlaneConfig, RefinementConfig, Refiner, Schedule};
 use nalgebra::{Unit, Vector3};
@@ -140,7 +140,8 @@ fn closest_points_may_come_from_a_grid() {
     let planes = PointToPlaneConfig::default().build(1.0);
     let wide =
         congruent_refinement::PointToPlane { schedule: Schedule { start_radius: 6.0, rounds: 40, ..planes.schedule } };
-    for nearest in [target.index() as &dyn Nearest, &field] {
+    let ordered = OrderedPoints::new(target.points(), 1.5);
+    for nearest in [target.index() as &dyn Nearest, &ordered, &field] {
         let pose = wide.descend(&source, &target, nearest, &start());
         let error = mean_displacement(source.points(), &pose, &RigidTransform::identity());
         assert!(error < 0.05, "{error}");

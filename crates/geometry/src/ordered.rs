@@ -1,0 +1,129 @@
+//! A cloud in the order of a grid, a coordinate at a time: close points lie together in memory.
+
+use crate::{Cells, Neighbor, Point};
+use std::ops::Range;
+
+/// Points sorted by the cells of a grid. Positions are places in that order; [`Cells::order`] says whose they are.
+pub struct OrderedPoints {
+    cells: Cells,
+    columns: [Vec<f32>; 3],
+    /// Side of the cells that was asked for, data units.
+    side: f64,
+}
+
+impl OrderedPoints {
+    /// Sorts points into cells of about this side (data units). Searches are fastest where a cell holds a few points.
+    ///
+    /// # Panics
+    /// With 2³² points or more.
+    #[must_use]
+    pub fn new(points: &[Point], side: f64) -> Self {
+        let cells = Cells::new(points, side);
+        let column = |axis: usize| cells.order().iter().map(|&i| points[i as usize][axis]).collect();
+        OrderedPoints { columns: std::array::from_fn(column), cells, side }
+    }
+
+    /// Who is where, and which places are near.
+    #[must_use]
+    pub fn cells(&self) -> &Cells {
+        &self.cells
+    }
+
+    /// All x, all y and all z, in order.
+    #[must_use]
+    pub fn columns(&self) -> &[Vec<f32>; 3] {
+        &self.columns
+    }
+
+    /// The point at a place in the order.
+    #[inline]
+    #[must_use]
+    pub fn point(&self, place: usize) -> Point {
+        self.columns.each_ref().map(|column| column[place])
+    }
+
+    /// The nearest point at most `radius` away (data units), by its position in the slice that was sorted; of equally
+    /// near ones the first in order.
+    #[must_use]
+    pub fn nearest_within(&self, query: &Point, radius: f64) -> Option<Neighbor> {
+        let mut reach = self.side.min(radius);
+        loop {
+            let found = self.nearest_in_reach(query, reach);
+            if found.is_some() || reach >= radius {
+                return found;
+            }
+            reach = (2.0 * reach).min(radius);
+        }
+    }
+
+    fn nearest_in_reach(&self, query: &Point, reach: f64) -> Option<Neighbor> {
+        let mut limit = reach as f32 * reach as f32;
+        let mut best = None;
+        for run in self.cells.runs(query, reach) {
+            for place in run {
+                let away = distance_sq(&self.point(place), query);
+                // The rim belongs to the ball; after that only a nearer one counts.
+                if away < limit || (best.is_none() && away == limit) {
+                    (limit, best) = (away, Some(place));
+                }
+            }
+        }
+        best.map(|place| Neighbor { index: self.cells.order()[place], distance_sq: limit })
+    }
+
+    /// Mean number of points in the cell of a point: how long a search takes.
+    #[must_use]
+    pub fn crowding(&self) -> f64 {
+        let pairs: f64 = self.cells.members().map(|members: Range<usize>| (members.len() as f64).powi(2)).sum();
+        pairs / (self.cells.order().len().max(1) as f64)
+    }
+}
+
+#[inline]
+fn distance_sq(a: &Point, b: &Point) -> f32 {
+    let offset: Point = std::array::from_fn(|axis| a[axis] - b[axis]);
+    offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Stream;
+
+    #[test]
+    fn the_nearest_in_reach_is_found() {
+        let mut stream = Stream::new(8, 0);
+        let mut point = |half: f64| -> Point { std::array::from_fn(|_| stream.between(-half, half) as f32) };
+        let mut points: Vec<Point> = (0..500).map(|_| point(10.0)).collect();
+        points.extend_from_within(..50);
+        for (side, radius) in [(0.5, 3.0), (2.0, 2.0), (5.0, 1.0), (1e-7, 2.0), (1e9, 1e3)] {
+            let ordered = OrderedPoints::new(&points, side);
+            for _ in 0..300 {
+                let query = point(13.0);
+                let nearest = points.iter().map(|p| distance_sq(p, &query)).fold(f32::INFINITY, f32::min);
+                let found = ordered.nearest_within(&query, radius);
+                assert_eq!(found.map(|n| n.distance_sq), Some(nearest).filter(|d| *d <= (radius * radius) as f32));
+                assert!(found.is_none_or(|n| distance_sq(&points[n.index as usize], &query) == n.distance_sq));
+            }
+        }
+    }
+
+    #[test]
+    fn a_point_on_the_rim_is_within() {
+        let ordered = OrderedPoints::new(&[[0.0; 3], [9.0, 0.0, 0.0]], 1.0);
+        assert_eq!(ordered.nearest_within(&[0.0, 3.0, 0.0], 3.0), Some(Neighbor { index: 0, distance_sq: 9.0 }));
+        assert_eq!(ordered.nearest_within(&[0.0, 3.1, 0.0], 3.0), None);
+        assert_eq!(ordered.nearest_within(&[f32::NAN; 3], 3.0), None);
+        assert_eq!(OrderedPoints::new(&[], 1.0).nearest_within(&[0.0; 3], 3.0), None);
+    }
+
+    #[test]
+    fn crowding_tells_even_clouds_from_clumps() {
+        let even: Vec<Point> = (0..400).map(|i| [(i % 20) as f32, (i / 20) as f32, 0.0]).collect();
+        let mut clump = even.clone();
+        clump.extend((0..400).map(|i| [1e-4 * i as f32, 0.0, 0.0]));
+        assert!(OrderedPoints::new(&even, 1.0).crowding() < 2.0);
+        assert!(OrderedPoints::new(&clump, 1.0).crowding() > 100.0);
+        assert_eq!(OrderedPoints::new(&[], 1.0).crowding(), 0.0);
+    }
+}
