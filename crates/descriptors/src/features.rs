@@ -32,4 +32,17 @@ impl Features {
     pub fn row(&self, i: usize) -> &[f32] {
         &self.rows[i * self.dim..][..self.dim]
     }
+
+    /// The given rows, in their order.
+    ///
+    /// # Panics
+    /// Beyond the last row.
+    #[must_use]
+    pub fn chosen(&self, rows: &[u32]) -> Features {
+        Features {
+            keypoints: rows.iter().map(|&i| self.keypoints[i as usize]).collect(),
+            dim: self.dim,
+            rows: rows.iter().flat_map(|&i| self.row(i as usize)).copied().collect(),
+        }
+    }
 }

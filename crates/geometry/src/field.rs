@@ -2,6 +2,7 @@
 
 use crate::Point;
 use crate::grid::Grid;
+use multiversion::multiversion;
 use std::collections::HashMap;
 
 /// More cells than this would cost more memory than a scan is worth; the cells grow instead.
@@ -23,54 +24,13 @@ impl NearestField {
     #[must_use]
     pub fn new(points: &[Point], cell: f64, reach: f64) -> Self {
         let grid = Grid::around(points, cell, reach, MAX_CELLS);
-        let mut field = NearestField { grid, nearest: vec![NOTHING; grid.n_cells()] };
-        let mut distance_sq = vec![f32::INFINITY; field.nearest.len()];
-        for number in field.representatives(points) {
-            field.stamp(number, &points[number as usize], reach as f32 / grid.side, &mut distance_sq);
+        let mut nearest = vec![NOTHING; grid.n_cells()];
+        let mut distance_sq = vec![f32::INFINITY; nearest.len()];
+        for number in representatives(&grid, points) {
+            let place = grid.place(&points[number as usize]);
+            stamp((&grid, &mut nearest, &mut distance_sq), number, place, reach as f32 / grid.side);
         }
-        field
-    }
-
-    /// Of each occupied cell the point nearest to its centre, ascending.
-    fn representatives(&self, points: &[Point]) -> Vec<u32> {
-        let mut best: HashMap<usize, (f32, u32)> = HashMap::new();
-        for (number, point) in (0u32..).zip(points) {
-            let place = self.grid.place(point);
-            let cell = place.map(|v| v as usize);
-            let away: f32 = (0..3).map(|axis| (place[axis] - cell[axis] as f32 - 0.5).powi(2)).sum();
-            let entry = best.entry(self.grid.number(cell)).or_insert((away, number));
-            if away < entry.0 {
-                *entry = (away, number);
-            }
-        }
-        let mut chosen: Vec<u32> = best.into_values().map(|(_, number)| number).collect();
-        chosen.sort_unstable();
-        chosen
-    }
-
-    /// Offers a point to all cells within `reach` (in cells, plus half a diagonal).
-    fn stamp(&mut self, number: u32, point: &Point, reach: f32, distance_sq: &mut [f32]) {
-        let place = self.grid.place(point);
-        let reach = reach + 0.87;
-        let range = |axis: usize, half: f32| {
-            let low = (place[axis] - half - 0.5).ceil().max(0.0) as usize;
-            let high = ((place[axis] + half - 0.5).floor() + 1.0).max(0.0) as usize;
-            low..high.min(self.grid.size[axis])
-        };
-        for z in range(2, reach) {
-            let from_z = (z as f32 + 0.5 - place[2]).powi(2);
-            for y in range(1, (reach * reach - from_z).max(0.0).sqrt()) {
-                let from_yz = from_z + (y as f32 + 0.5 - place[1]).powi(2);
-                let row = self.grid.number([0, y, z]);
-                for x in range(0, (reach * reach - from_yz).max(0.0).sqrt()) {
-                    let away = from_yz + (x as f32 + 0.5 - place[0]).powi(2);
-                    if away < distance_sq[row + x] {
-                        distance_sq[row + x] = away;
-                        self.nearest[row + x] = number;
-                    }
-                }
-            }
-        }
+        NearestField { grid, nearest }
     }
 
     /// A point near to the middle of the cell that `query` is in; `None` beyond the reach.
@@ -87,6 +47,56 @@ impl NearestField {
         }
         let found = self.nearest[self.grid.number(at)];
         (found != NOTHING).then_some(found)
+    }
+}
+
+/// Of each occupied cell the point nearest to its centre, ascending.
+fn representatives(grid: &Grid, points: &[Point]) -> Vec<u32> {
+    let mut best: HashMap<usize, (f32, u32)> = HashMap::new();
+    for (number, point) in (0u32..).zip(points) {
+        let place = grid.place(point);
+        let cell = place.map(|v| v as usize);
+        let away: f32 = (0..3).map(|axis| (place[axis] - cell[axis] as f32 - 0.5).powi(2)).sum();
+        let entry = best.entry(grid.number(cell)).or_insert((away, number));
+        if away < entry.0 {
+            *entry = (away, number);
+        }
+    }
+    let mut chosen: Vec<u32> = best.into_values().map(|(_, number)| number).collect();
+    chosen.sort_unstable();
+    chosen
+}
+
+/// Offers a point, whose place is given in cells, to all cells within `reach` (in cells, plus half a diagonal). Compiled
+/// once for each instruction set and chosen at run time; the bits are the same on all of them.
+#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
+fn stamp((grid, nearest, distance_sq): (&Grid, &mut [u32], &mut [f32]), number: u32, place: [f32; 3], reach: f32) {
+    let reach = reach + 0.87;
+    let range = |axis: usize, half: f32| {
+        let low = (place[axis] - half - 0.5).ceil().max(0.0) as usize;
+        let high = ((place[axis] + half - 0.5).floor() + 1.0).max(0.0) as usize;
+        low..high.min(grid.size[axis])
+    };
+    for z in range(2, reach) {
+        let from_z = (z as f32 + 0.5 - place[2]).powi(2);
+        for y in range(1, (reach * reach - from_z).max(0.0).sqrt()) {
+            let from_yz = from_z + (y as f32 + 0.5 - place[1]).powi(2);
+            let xs = range(0, (reach * reach - from_yz).max(0.0).sqrt());
+            if xs.is_empty() {
+                continue;
+            }
+            let row = grid.number([0, y, z]);
+            let first = xs.start as f32 + 0.5 - place[0];
+            let (numbers, distances) =
+                (&mut nearest[row + xs.start..row + xs.end], &mut distance_sq[row + xs.start..row + xs.end]);
+            for (step, (known, distance)) in (0i32..).zip(numbers.iter_mut().zip(distances)) {
+                let x = first + step as f32;
+                let away = from_yz + x * x;
+                let is_nearer = away < *distance;
+                *distance = if is_nearer { away } else { *distance };
+                *known = if is_nearer { number } else { *known };
+            }
+        }
     }
 }
 

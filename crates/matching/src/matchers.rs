@@ -54,21 +54,34 @@ pub struct Mutual {
 impl Matcher for Mutual {
     fn matches(&self, source: &Features, target: &Features) -> Vec<Correspondence> {
         let forth = nearest_k(source, target, 2);
-        let back = nearest_k(target, source, 1);
+        let is_mutual = chosen_back(source, target, &forth);
         let mut matches: Vec<_> = forth
             .iter()
             .enumerate()
-            .filter(|(row, found)| {
-                found
-                    .first()
-                    .is_some_and(|best| back[best.row as usize].first().is_some_and(|b| b.row as usize == *row))
-            })
+            .filter(|(row, _)| is_mutual[*row])
             .filter_map(|(row, found)| correspondence(source, target, row, found, 0))
             .collect();
         rank(&mut matches);
         matches.truncate(self.limit);
         matches
     }
+}
+
+/// For each row of the source whether the row that it found nearest finds it nearest. Only rows that were found are asked.
+fn chosen_back(source: &Features, target: &Features, forth: &[Vec<Candidate>]) -> Vec<bool> {
+    let best = |found: &Vec<Candidate>| found.first().map(|candidate| candidate.row);
+    let mut found: Vec<u32> = forth.iter().filter_map(best).collect();
+    found.sort_unstable();
+    found.dedup();
+    let back = nearest_k(&target.chosen(&found), source, 1);
+    let chooses = |target_row: u32, row: usize| {
+        found.binary_search(&target_row).is_ok_and(|at| back[at].first().is_some_and(|b| b.row as usize == row))
+    };
+    forth
+        .iter()
+        .enumerate()
+        .map(|(row, found)| best(found).is_some_and(|target_row| chooses(target_row, row)))
+        .collect()
 }
 
 /// Every source row with each of its `k` nearest target rows, ranked by Lowe's ratio of the row's best two, then by

@@ -1,12 +1,15 @@
 //! Exact nearest neighbours among rows of many dimensions, by blocked matrix products.
 
 use congruent_descriptors::Features;
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 /// Queries that share one product.
-const QUERY_BLOCK: usize = 64;
+const QUERY_BLOCK: usize = 128;
 /// Rows of the table that share one product: the block of distances stays in the second-level cache.
-const TABLE_BLOCK: usize = 1024;
+const TABLE_BLOCK: usize = 512;
+/// Distances that are looked at together: most of the time none is small enough.
+const GLANCE: usize = 32;
 
 /// A row of the table and its distance to the query.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,15 +96,22 @@ impl Shortlist {
     }
 
     fn offer(&mut self, first: usize, dots: &[f32], norms: &[f32]) {
-        let mut limit = self.limit();
+        let glances = dots.chunks(GLANCE).zip(norms.chunks(GLANCE)).zip((first..).step_by(GLANCE));
+        for ((dots, norms), first) in glances {
+            if any_within(self.query_norm, dots, norms, self.limit()) {
+                self.take(first, dots, norms);
+            }
+        }
+    }
+
+    fn take(&mut self, first: usize, dots: &[f32], norms: &[f32]) {
         for (i, (dot, norm)) in dots.iter().zip(norms).enumerate() {
-            let distance_sq = self.query_norm + norm - 2.0 * dot;
-            if distance_sq <= limit {
+            let distance_sq = distance_sq(self.query_norm, *dot, *norm);
+            if distance_sq <= self.limit() {
                 self.rows.push((distance_sq, (first + i) as u32));
                 let at = self.best.partition_point(|&b| b <= distance_sq);
                 self.best.insert(at, distance_sq);
                 self.best.truncate(self.k);
-                limit = self.limit();
             }
         }
     }
@@ -118,6 +128,17 @@ impl Shortlist {
         exact.truncate(self.k);
         exact.iter().map(|&(distance_sq, row)| Candidate { row, distance: distance_sq.sqrt() as f32 }).collect()
     }
+}
+
+#[inline(always)]
+fn distance_sq(query_norm: f32, dot: f32, norm: f32) -> f32 {
+    query_norm + norm - 2.0 * dot
+}
+
+/// Whether any of the distances is at most `limit`.
+#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
+fn any_within(query_norm: f32, dots: &[f32], norms: &[f32], limit: f32) -> bool {
+    dots.iter().zip(norms).fold(false, |any, (dot, norm)| any | (distance_sq(query_norm, *dot, *norm) <= limit))
 }
 
 fn squared_distance(a: &[f32], b: &[f32]) -> f64 {

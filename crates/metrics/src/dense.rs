@@ -38,9 +38,9 @@ pub struct DenseSurface<'a> {
     /// The points and normals.
     pub surface: &'a Surface,
     /// Closest points as far as overlap and refinement need them.
-    pub near: NearestField,
+    pub near: &'a NearestField,
     /// Closest points as far as hovering goes, on a coarser grid.
-    pub far: NearestField,
+    pub far: &'a NearestField,
     /// What the scanner saw, where it is known from where.
     pub depth: Option<DepthImage>,
 }
@@ -189,18 +189,13 @@ mod tests {
         Surface::new(points, vec![[0.0, 0.0, 1.0]; 1600], index, 2.0)
     }
 
-    fn ready(surface: &Surface) -> DenseSurface<'_> {
-        DenseSurface {
-            surface,
-            near: NearestField::new(surface.points(), 2.0, 6.0),
-            far: NearestField::new(surface.points(), 4.0, 24.0),
-            depth: Some(DepthImage::new(surface.points(), &[0.0, 0.0, 1e4], 4.0)),
-        }
-    }
-
     fn measured(pose: RigidTransform) -> DenseAgreement {
-        let surface = sheet();
-        agreement(&ready(&surface), &ready(&surface), &pose, &RULE)
+        let surface = &sheet();
+        let near = &NearestField::new(surface.points(), 2.0, 6.0);
+        let far = &NearestField::new(surface.points(), 4.0, 24.0);
+        let depth = || Some(DepthImage::new(surface.points(), &[0.0, 0.0, 1e4], 4.0));
+        let ready = || DenseSurface { surface, near, far, depth: depth() };
+        agreement(&ready(), &ready(), &pose, &RULE)
     }
 
     #[test]

@@ -3,11 +3,13 @@
 use crate::memory::{Memory, Sampled, Setting};
 use crate::preparation::sample;
 use crate::prior::Bounds;
-use crate::ranking::{Ranked, Ranking};
+use crate::ranking::{Fields, Ranked, Ranking};
 use crate::refining::drawn_in;
 use crate::stage::Clock;
 use crate::verdict::{Evident, Judgement, Significance};
-use crate::{Agreement, Counts, Failure, Pair, PipelineConfig, RankingConfig, Signs, Stage, Trace, stages};
+use crate::{
+    Agreement, Counts, DenseConfig, Failure, Pair, PipelineConfig, RankingConfig, Signs, Stage, Trace, stages,
+};
 use congruent_descriptors::Features;
 use congruent_estimators::Hypothesis;
 use congruent_geometry::{Oriented, RigidTransform, Scan, Surface};
@@ -16,6 +18,7 @@ use congruent_matching::Correspondence;
 use congruent_metrics::Evidence;
 use congruent_refinement::{Hold, PointToPlaneConfig, Refinement, Uncertainty};
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// What one attempt came to.
 pub(crate) struct Answer {
@@ -200,8 +203,9 @@ impl Chain<'_, '_> {
         let resolution = self.resolution;
         let viewpoints = prepared.trusted_viewpoints();
         let poses: Vec<RigidTransform> = pool.iter().map(|h| h.target_from_source).collect();
+        let fields = self.fields(&prepared.surfaces, dense);
         let (ranking, ranked) = self.clock.time(Stage::Ranking, || {
-            let ranking = Ranking::new(&prepared.surfaces, &viewpoints, dense, self.bounds, resolution);
+            let ranking = Ranking::new(&prepared.surfaces, &fields, &viewpoints, dense, self.bounds, resolution);
             let ranked = ranking.rank(&poses);
             (ranking, ranked)
         });
@@ -214,6 +218,17 @@ impl Chain<'_, '_> {
             ranked: Some(kept),
             others: ranking.others(&kept, &ranked),
         }
+    }
+
+    /// Attempts at the same sampling share them.
+    fn fields(&mut self, surfaces: &Pair<Surface>, dense: &DenseConfig) -> Pair<Arc<Fields>> {
+        let resolution = self.resolution;
+        self.memory.fields.get(&self.config.sampling).unwrap_or_else(|| {
+            let new = |surface: &Surface| Arc::new(Fields::new(surface, dense, resolution));
+            let fields = self.clock.time(Stage::Ranking, || surfaces.map(new));
+            self.memory.fields.keep(self.config.sampling.clone(), &fields);
+            fields
+        })
     }
 
     /// The surfaces, laid on each other exactly; the start where that leads out of bounds. The centroids of a grid have

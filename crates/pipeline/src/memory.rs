@@ -1,16 +1,19 @@
 //! What the attempts at one pair share: a stage whose settings are the same is not run again.
 
 use crate::chain::Prepared;
+use crate::ranking::Fields;
 use crate::{Pair, PipelineConfig, SamplingConfig, Signs};
 use congruent_descriptors::{DescriptorConfig, Features};
 use congruent_keypoints::Keypoint;
 use congruent_matching::Correspondence;
+use std::sync::Arc;
 
 /// What has been made for one pair so far. Of the settings only those are looked at that an escalation can change.
 #[derive(Default)]
 pub(crate) struct Memory {
     /// By sampling; with the signs of the normals as they were settled.
     pub(crate) prepared: Known<SamplingConfig, Sampled>,
+    pub(crate) fields: Known<SamplingConfig, Pair<Arc<Fields>>>,
     pub(crate) described: Known<Setting, (Pair<Vec<Keypoint>>, Pair<Features>)>,
     pub(crate) matches: Known<Setting, Vec<Correspondence>>,
 }

@@ -7,6 +7,7 @@ use congruent_metrics::{DenseAgreement, DenseRule, DenseSurface, DepthImage, Sco
 use congruent_refinement::{PointToPlane, Schedule};
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Sides of the grids in which closest points are looked up, and of the pixels of depth images, in `pr`.
 const NEAR_CELL: f64 = 2.0;
@@ -21,6 +22,24 @@ const MAX_OTHERS: usize = 5;
 const PROBE_STRIDE: usize = 37;
 /// Points that one short refinement uses in a round.
 const REFINEMENT_POINTS: usize = 1200;
+
+/// Where the closest points of a surface are looked up, however its normals point.
+pub(crate) struct Fields {
+    near: NearestField,
+    far: NearestField,
+}
+
+impl Fields {
+    pub(crate) fn new(surface: &Surface, config: &DenseConfig, resolution: f64) -> Self {
+        let near_reach = (2.0 * config.rough_distance.resolve(resolution)).max(REFINEMENT_RADII[0] * resolution);
+        let far_reach = config.hover_to.resolve(resolution);
+        let (near, far) = rayon::join(
+            || NearestField::new(surface.points(), NEAR_CELL * resolution, near_reach),
+            || NearestField::new(surface.points(), FAR_CELL * resolution, far_reach),
+        );
+        Fields { near, far }
+    }
+}
 
 /// Both surfaces, ready to be laid on each other.
 pub(crate) struct Ranking<'a> {
@@ -42,20 +61,16 @@ impl<'a> Ranking<'a> {
     /// `viewpoints` are where the scans were taken from, where a single viewpoint can be trusted.
     pub(crate) fn new(
         surfaces: &'a Pair<Surface>,
+        fields: &'a Pair<Arc<Fields>>,
         viewpoints: &Pair<Option<Vector3<f64>>>,
         config: &'a DenseConfig,
         bounds: &'a Bounds,
         resolution: f64,
     ) -> Self {
-        let near_reach = (2.0 * config.rough_distance.resolve(resolution)).max(REFINEMENT_RADII[0] * resolution);
-        let far_reach = config.hover_to.resolve(resolution);
-        let surfaces = surfaces.as_ref().zip(viewpoints.as_ref()).map(|&(surface, viewpoint)| {
-            let (near, far) = rayon::join(
-                || NearestField::new(surface.points(), NEAR_CELL * resolution, near_reach),
-                || NearestField::new(surface.points(), FAR_CELL * resolution, far_reach),
-            );
+        let parts = surfaces.as_ref().zip(fields.as_ref()).zip(viewpoints.as_ref());
+        let surfaces = parts.map(|&((surface, fields), viewpoint)| {
             let image = |from: &Vector3<f64>| DepthImage::new(surface.points(), &narrow(from), PIXEL * resolution);
-            DenseSurface { surface, near, far, depth: viewpoint.as_ref().map(image) }
+            DenseSurface { surface, near: &fields.near, far: &fields.far, depth: viewpoint.as_ref().map(image) }
         });
         Ranking { config, bounds, resolution, surfaces }
     }
@@ -113,7 +128,7 @@ impl<'a> Ranking<'a> {
         };
         let Pair { source, target } = &self.surfaces;
         let start_pose = &start.target_from_source;
-        let moved = PointToPlane { schedule }.descend(source.surface, target.surface, &target.near, start_pose);
+        let moved = PointToPlane { schedule }.descend(source.surface, target.surface, target.near, start_pose);
         let before = self.judge(start_pose);
         match self.bounds.admitted(&moved, self.resolution).map(|moved| self.judge(&moved)) {
             Some(after) if after.score >= before.score => after,
