@@ -2,6 +2,7 @@
 
 mod adaptive_stop;
 mod cliques;
+mod commons;
 mod config;
 mod draws;
 mod framed;

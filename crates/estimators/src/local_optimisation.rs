@@ -44,12 +44,9 @@ fn refit(
     residuals_sq: &mut Vec<f32>,
 ) -> Option<RigidTransform> {
     evidence.residuals_sq(pose, residuals_sq);
-    let pairs: Vec<_> = (0..evidence.len())
-        .filter_map(|i| {
-            let weight = metric.weight(f64::from(residuals_sq[i]).sqrt());
-            (weight > 0.0).then(|| (evidence.source(i), evidence.target(i), weight))
-        })
-        .collect();
+    let weights = metric.weights(residuals_sq);
+    let counted = weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0);
+    let pairs: Vec<_> = counted.map(|(i, weight)| (evidence.source(i), evidence.target(i), *weight)).collect();
     fit_weighted(&pairs)
 }
 

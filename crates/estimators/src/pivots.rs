@@ -4,7 +4,7 @@
 //! the edges with the most common neighbours are the pivots, and each proposes the two triangles that are best connected
 //! (after TurboReg, Yan et al. 2025).
 
-use crate::graph::ones;
+use crate::commons::Commons;
 use crate::{Graph, HypothesisGenerator};
 use congruent_geometry::{RigidTransform, fit_three};
 use congruent_metrics::Evidence;
@@ -32,7 +32,9 @@ impl<'a> Pivots<'a> {
     /// Finds at most `limit` pivots in the graph, which is one of `evidence`.
     #[must_use]
     pub fn new(evidence: &'a Evidence, graph: &Graph, limit: usize) -> Self {
-        let triangles = pivots(graph, limit).par_iter().flat_map_iter(|edge| triangles(graph, edge)).collect();
+        let commons = Commons::new(graph);
+        let pivots = pivots(graph.len(), &commons, limit);
+        let triangles = pivots.par_iter().flat_map_iter(|edge| triangles(&commons, edge)).collect();
         Pivots { evidence, triangles }
     }
 }
@@ -50,8 +52,8 @@ impl HypothesisGenerator for Pivots<'_> {
 
 /// Each node's best edge first (so that no part of the scan is left out), up to half of the limit; then the best of
 /// the others.
-fn pivots(graph: &Graph, limit: usize) -> Vec<Edge> {
-    let by_node: Vec<Vec<Edge>> = (0..graph.len()).into_par_iter().map(|i| best_edges(graph, i)).collect();
+fn pivots(n: usize, commons: &Commons<'_>, limit: usize) -> Vec<Edge> {
+    let by_node: Vec<Vec<Edge>> = (0..n).into_par_iter().map(|i| best_edges(commons, i)).collect();
     let mut firsts: Vec<Edge> = by_node.iter().filter_map(|edges| edges.first().copied()).collect();
     rank(&mut firsts);
     firsts.truncate(limit / 2);
@@ -63,9 +65,9 @@ fn pivots(graph: &Graph, limit: usize) -> Vec<Edge> {
 }
 
 /// The edges of a node to later nodes, best connected first.
-fn best_edges(graph: &Graph, i: usize) -> Vec<Edge> {
-    let edge = |j: usize| Edge { common: graph.common(i, j), ends: [i as u32, j as u32] };
-    let mut edges: Vec<Edge> = ones(graph.row(i)).filter(|&j| j > i).map(edge).collect();
+fn best_edges(commons: &Commons<'_>, i: usize) -> Vec<Edge> {
+    let mut edges: Vec<Edge> =
+        commons.later(i).map(|(j, common)| Edge { common, ends: [i as u32, j as u32] }).collect();
     rank(&mut edges);
     edges.truncate(EDGES_PER_NODE);
     edges
@@ -76,19 +78,18 @@ fn rank(edges: &mut [Edge]) {
 }
 
 /// The pivot with each of its best connected common neighbours; of equals the first.
-fn triangles(graph: &Graph, edge: &Edge) -> Vec<[u32; 3]> {
-    let [i, j] = edge.ends.map(|end| end as usize);
-    let shared: Vec<u64> = graph.row(i).iter().zip(graph.row(j)).map(|(a, b)| a & b).collect();
+fn triangles(commons: &Commons<'_>, edge: &Edge) -> Vec<[u32; 3]> {
+    let [i, j] = edge.ends;
     let mut best: Vec<(u32, usize)> = Vec::with_capacity(THIRDS + 1);
-    for k in ones(&shared) {
-        let common = graph.common(i, k) + graph.common(j, k);
+    for (k, [with_i, with_j]) in commons.shared(i as usize, j as usize) {
+        let common = with_i + with_j;
         let place = best.partition_point(|other| other.0 >= common);
         if place < THIRDS {
             best.insert(place, (common, k));
             best.truncate(THIRDS);
         }
     }
-    best.iter().map(|&(_, k)| [i as u32, j as u32, k as u32]).collect()
+    best.iter().map(|&(_, k)| [i, j, k as u32]).collect()
 }
 
 #[cfg(test)]

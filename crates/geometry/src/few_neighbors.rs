@@ -2,66 +2,103 @@
 
 use crate::{NeighborIndex, Point};
 use rayon::prelude::*;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// Points from which the distance between neighbours is guessed.
 const GUESSED_FROM: usize = 2000;
-/// Cells are so many guessed distances wide at first, and grow by this factor where nothing was found.
-const WIDTH: f64 = 3.0;
+/// So many guessed distances are looked far at first, and this factor farther where nothing was found.
+const REACH: f64 = 2.0;
 const GROWTH: f64 = 4.0;
 
 type Cell = [i32; 3];
 
 /// The squared distance from each of the points `asked` (positions, in any order) to its nearest other point; infinite
-/// where there is no other one. Exact: the whole cloud is looked through, once for each width of the cells.
+/// where there is no other one. Exact: the whole cloud is looked through, once for each reach.
 pub(crate) fn nearest_others_sq(points: &[Point], asked: &[u32]) -> Vec<f32> {
     let mut found = vec![f32::INFINITY; asked.len()];
-    let mut open: Vec<usize> = (0..asked.len()).collect();
+    let mut open: Vec<u32> = (0..asked.len() as u32).collect();
     let (low, extent) = bounds(points);
-    let mut side = WIDTH * guessed_spacing(points);
+    let mut reach = REACH * guessed_spacing(points);
     while !open.is_empty() {
         // One cell at last, in which everything is.
-        let is_last = side.is_nan() || side <= 0.0 || side >= extent;
-        let cell = |p: &Point| -> Cell {
-            if is_last { [0; 3] } else { std::array::from_fn(|k| (f64::from(p[k] - low[k]) / side) as i32) }
-        };
-        let members = members_around(points, open.iter().map(|&i| cell(&points[asked[i] as usize])), cell);
-        let nearest: Vec<f32> = open.par_iter().map(|&i| nearest_in(points, asked[i], cell, &members)).collect();
-        open.iter().zip(&nearest).for_each(|(&i, &distance_sq)| found[i] = distance_sq);
-        // Within a side everything is in the cells around.
-        open.retain(|&i| !is_last && f64::from(found[i]) > side * side);
-        side *= GROWTH;
+        let is_last = reach.is_nan() || reach <= 0.0 || reach >= extent;
+        let cells = CornerCells { low, side: if is_last { f64::INFINITY } else { 2.0 * reach } };
+        let centres: Vec<u32> = open.iter().map(|&i| asked[i as usize]).collect();
+        let nearest = Members::around(points, &centres, &cells).nearest(points, &centres);
+        open.iter().zip(&nearest).for_each(|(&i, &distance_sq)| found[i as usize] = distance_sq);
+        open.retain(|&i| !is_last && f64::from(found[i as usize]) > reach * reach);
+        reach *= GROWTH;
     }
     found
 }
 
-/// The points in the given cells and next to them.
-fn members_around(
-    points: &[Point],
-    centres: impl Iterator<Item = Cell>,
-    cell: impl Fn(&Point) -> Cell + Sync,
-) -> HashMap<Cell, Vec<u32>> {
-    let mut members: HashMap<Cell, Vec<u32>> = centres.flat_map(around).map(|cell| (cell, Vec::new())).collect();
-    let inside: Vec<(Cell, u32)> = points
-        .par_iter()
-        .zip(0u32..points.len() as u32)
-        .filter_map(|(p, i)| Some(cell(p)).filter(|cell| members.contains_key(cell)).map(|cell| (cell, i)))
-        .collect();
-    for (cell, i) in inside {
-        members.entry(cell).or_default().push(i);
+/// Cells so wide that the eight around the corner next to a point hold everything within half a side of it.
+struct CornerCells {
+    low: Point,
+    side: f64,
+}
+
+impl CornerCells {
+    fn place(&self, p: &Point) -> [f64; 3] {
+        std::array::from_fn(|k| f64::from(p[k] - self.low[k]) / self.side)
     }
-    members
+
+    /// Numbers of very far cells are cut off at the largest one.
+    fn of(&self, p: &Point) -> Cell {
+        self.place(p).map(|v| v as i32)
+    }
+
+    fn around(&self, p: &Point) -> impl Iterator<Item = Cell> + use<> {
+        let first = self.place(p).map(|v| (v - 0.5).floor() as i32);
+        (0..8).map(move |i| std::array::from_fn(|k| first[k].saturating_add(i >> k & 1)))
+    }
 }
 
-fn nearest_in(points: &[Point], asked: u32, cell: impl Fn(&Point) -> Cell, members: &HashMap<Cell, Vec<u32>>) -> f32 {
-    let query = &points[asked as usize];
-    let others = around(cell(query)).filter_map(|cell| members.get(&cell)).flatten().filter(|&&i| i != asked);
-    others.map(|&i| distance_sq(&points[i as usize], query)).fold(f32::INFINITY, f32::min)
+/// The points in and around some cells.
+struct Members {
+    /// For each centre the numbers of the cells around it; a cell that holds nothing has one, too.
+    around: Vec<[u32; 8]>,
+    /// For each number its first place in `order`, and the end at last.
+    starts: Vec<u32>,
+    order: Vec<u32>,
 }
 
-fn around([x, y, z]: Cell) -> impl Iterator<Item = Cell> {
-    // Numbers of very far cells are cut off at the largest one.
-    (0..27).map(move |i| [x.saturating_add(i % 3 - 1), y.saturating_add(i / 3 % 3 - 1), z.saturating_add(i / 9 - 1)])
+impl Members {
+    fn around(points: &[Point], centres: &[u32], cells: &CornerCells) -> Self {
+        let mut numbers: FxHashMap<Cell, u32> = FxHashMap::default();
+        let mut number = |cell| {
+            let next = numbers.len() as u32;
+            *numbers.entry(cell).or_insert(next)
+        };
+        let mut around = vec![[0; 8]; centres.len()];
+        for (own, &centre) in around.iter_mut().zip(centres) {
+            own.iter_mut().zip(cells.around(&points[centre as usize])).for_each(|(own, cell)| *own = number(cell));
+        }
+        let inside: Vec<(u32, u32)> = points
+            .par_iter()
+            .zip(0u32..points.len() as u32)
+            .filter_map(|(p, i)| Some((*numbers.get(&cells.of(p))?, i)))
+            .collect();
+        let mut starts = vec![0; numbers.len() + 1];
+        inside.iter().for_each(|&(number, _)| starts[number as usize + 1] += 1);
+        (1..starts.len()).for_each(|i| starts[i] += starts[i - 1]);
+        let (mut next, mut order) = (starts.clone(), vec![0; inside.len()]);
+        for (number, i) in inside {
+            order[next[number as usize] as usize] = i;
+            next[number as usize] += 1;
+        }
+        Members { around, starts, order }
+    }
+
+    fn nearest(&self, points: &[Point], centres: &[u32]) -> Vec<f32> {
+        let of = |number: u32| self.starts[number as usize] as usize..self.starts[number as usize + 1] as usize;
+        let nearest = |(centre, around): (&u32, &[u32; 8])| {
+            let query = &points[*centre as usize];
+            let others = around.iter().flat_map(|&number| &self.order[of(number)]).filter(|&i| i != centre);
+            others.map(|&i| distance_sq(&points[i as usize], query)).fold(f32::INFINITY, f32::min)
+        };
+        centres.par_iter().zip(&self.around).map(nearest).collect()
+    }
 }
 
 fn distance_sq(a: &Point, b: &Point) -> f32 {

@@ -3,7 +3,7 @@
 use crate::Point;
 use crate::grid::Grid;
 use multiversion::multiversion;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// More cells than this would cost more memory than a scan is worth; the cells grow instead.
 const MAX_CELLS: f64 = 1.6e7;
@@ -52,7 +52,7 @@ impl NearestField {
 
 /// Of each occupied cell the point nearest to its centre, ascending.
 fn representatives(grid: &Grid, points: &[Point]) -> Vec<u32> {
-    let mut best: HashMap<usize, (f32, u32)> = HashMap::new();
+    let mut best: FxHashMap<usize, (f32, u32)> = FxHashMap::default();
     for (number, point) in (0u32..).zip(points) {
         let place = grid.place(point);
         let cell = place.map(|v| v as usize);

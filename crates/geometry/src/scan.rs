@@ -2,7 +2,7 @@
 
 use crate::{Point, narrow};
 use nalgebra::Vector3;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// What a file holds, unchanged: file coordinates in `f64`, every point, also the broken ones.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -79,7 +79,8 @@ impl Scan {
         let origin = low * 0.5 + high * 0.5;
 
         let mut dropped = Dropped::default();
-        let mut place: HashMap<[u32; 3], u32> = HashMap::with_capacity(raw.points.len());
+        let mut place: FxHashMap<[u32; 3], u32> =
+            FxHashMap::with_capacity_and_hasher(raw.points.len(), Default::default());
         let mut kept: Vec<u32> = Vec::with_capacity(raw.points.len());
         let mut points: Vec<Point> = Vec::with_capacity(raw.points.len());
         let mut new_index = vec![u32::MAX; raw.points.len()];

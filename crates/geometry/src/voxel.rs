@@ -16,6 +16,9 @@ pub struct Sample {
 /// Steps into which a cell's side is cut where means are formed: sums of whole steps do not depend on their order.
 const STEPS: f64 = (1u64 << 36) as f64;
 
+/// A table over all cells has at most so many for each point; beyond that the points' cells are sorted.
+const MAX_CELLS_PER_POINT: usize = 64;
+
 /// The centroid of the points in each cubic cell of side `leaf`; cells are `floor(x / leaf)` on each axis.
 ///
 /// Sorted by cell. Neither the result nor a bit of it depends on the order of the points. A leaf below 2⁻⁵⁰ of the largest
@@ -23,10 +26,14 @@ const STEPS: f64 = (1u64 << 36) as f64;
 #[must_use]
 pub fn voxel_centroids(points: &[Point], normals: Option<&[Point]>, leaf: f64) -> Sample {
     let leaf = usable(points, leaf);
-    match Packing::of(points, leaf) {
-        Some(packing) => centroids(points, normals, leaf, |p| packing.key(&cell(p, leaf))),
-        None => centroids(points, normals, leaf, |p| cell(p, leaf)),
-    }
+    let groups = match Packing::of(points, leaf) {
+        Some(packing) => match packing.few_keys(points.len()) {
+            Some(n) => Groups::counted(points, n, |p| packing.key(&cell(p, leaf)) as u32),
+            None => Groups::sorted(points, |p| packing.key(&cell(p, leaf))),
+        },
+        None => Groups::sorted(points, |p| cell(p, leaf)),
+    };
+    centroids(points, normals, leaf, &groups)
 }
 
 /// How many centroids there would be.
@@ -34,8 +41,11 @@ pub fn voxel_centroids(points: &[Point], normals: Option<&[Point]>, leaf: f64) -
 pub fn voxel_count(points: &[Point], leaf: f64) -> usize {
     let leaf = usable(points, leaf);
     match Packing::of(points, leaf) {
-        Some(packing) => count(points, |p| packing.key(&cell(p, leaf))),
-        None => count(points, |p| cell(p, leaf)),
+        Some(packing) => match packing.few_keys(points.len()) {
+            Some(n) => marked(points, n, |p| packing.key(&cell(p, leaf))),
+            None => distinct(points, |p| packing.key(&cell(p, leaf))),
+        },
+        None => distinct(points, |p| cell(p, leaf)),
     }
 }
 
@@ -47,8 +57,14 @@ fn usable(points: &[Point], leaf: f64) -> f64 {
     leaf.max(f64::from(largest) * 2f64.powi(-50))
 }
 
+#[inline]
 fn cell(p: &Point, leaf: f64) -> Cell {
-    p.map(|v| (f64::from(v) / leaf).floor() as i64)
+    p.map(|v| {
+        let place = f64::from(v) / leaf;
+        // The floor, without a call.
+        let towards_zero = place as i64;
+        towards_zero - i64::from(place < towards_zero as f64)
+    })
 }
 
 /// Cells as single numbers in the same order, where all of a cloud's fit.
@@ -59,14 +75,22 @@ struct Packing {
 
 impl Packing {
     fn of(points: &[Point], leaf: f64) -> Option<Packing> {
-        let first = cell(points.first()?, leaf);
-        let (low, high) = points.iter().map(|p| cell(p, leaf)).fold((first, first), |(low, high), c| {
-            (std::array::from_fn(|k| low[k].min(c[k])), std::array::from_fn(|k| high[k].max(c[k])))
+        let first = *points.first()?;
+        let (low, high) = points.iter().fold((first, first), |(low, high), p| {
+            (std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k])))
         });
+        let (low, high) = (cell(&low, leaf), cell(&high, leaf));
         let bits = std::array::from_fn(|k| u64::BITS - high[k].abs_diff(low[k]).leading_zeros());
         (bits.iter().sum::<u32>() <= u64::BITS).then_some(Packing { low, bits })
     }
 
+    /// One more than the largest key, where a table of all keys is small beside the cloud.
+    fn few_keys(&self, n_points: usize) -> Option<usize> {
+        let n = 1usize.checked_shl(self.bits.iter().sum())?;
+        (n <= MAX_CELLS_PER_POINT * n_points && n <= 1 << 31).then_some(n)
+    }
+
+    #[inline]
     fn key(&self, cell: &Cell) -> u64 {
         // A shift by 64 comes only with a cell that is zero.
         (0..3).fold(0, |key: u64, axis| {
@@ -75,37 +99,93 @@ impl Packing {
     }
 }
 
-fn count<K: Ord + Send + Sync>(points: &[Point], key: impl Fn(&Point) -> K + Send + Sync) -> usize {
+/// How many different keys there are, by a bit for each.
+fn marked(points: &[Point], n_keys: usize, key: impl Fn(&Point) -> u64) -> usize {
+    let mut marks = vec![0u64; n_keys.div_ceil(64)];
+    for key in points.iter().map(key) {
+        marks[(key / 64) as usize] |= 1 << (key % 64);
+    }
+    marks.iter().map(|word| word.count_ones() as usize).sum()
+}
+
+/// The same by sorting.
+fn distinct<K: Ord + Send + Sync>(points: &[Point], key: impl Fn(&Point) -> K + Send + Sync) -> usize {
     let mut keys: Vec<K> = points.par_iter().map(key).collect();
     keys.par_sort_unstable();
     keys.chunk_by(|a, b| a == b).count()
 }
 
-fn centroids<K: Ord + Copy + Send + Sync>(
-    points: &[Point],
-    normals: Option<&[Point]>,
-    leaf: f64,
-    key: impl Fn(&Point) -> K + Send + Sync,
-) -> Sample {
-    let mut order: Vec<(K, u32)> = points.par_iter().map(key).zip(0u32..points.len() as u32).collect();
-    order.par_sort_unstable_by_key(|member| member.0);
-    let mut sample = Sample { points: Vec::new(), normals: normals.map(|_| Vec::new()) };
-    for members in order.chunk_by(|a, b| a.0 == b.0) {
-        let own = || members.iter().map(|member| member.1 as usize);
-        let corner = cell(&points[members[0].1 as usize], leaf).map(|c| c as f64);
-        let sum = own().fold([0i64; 3], |sum, i| {
-            std::array::from_fn(|k| sum[k] + ((f64::from(points[i][k]) / leaf - corner[k]) * STEPS) as i64)
+/// Positions of points by cell.
+struct Groups {
+    order: Vec<u32>,
+    /// Where each group ends; none is empty.
+    ends: Vec<usize>,
+}
+
+impl Groups {
+    fn counted(points: &[Point], n_keys: usize, key: impl Fn(&Point) -> u32 + Send + Sync) -> Groups {
+        let keys: Vec<u32> = points.par_iter().map(key).collect();
+        let mut next = vec![0u32; n_keys];
+        keys.iter().for_each(|&key| next[key as usize] += 1);
+        let (mut sum, mut ends) = (0, Vec::new());
+        for count in &mut next {
+            let start = sum;
+            sum += *count;
+            if *count > 0 {
+                ends.push(sum as usize);
+            }
+            *count = start;
+        }
+        let mut order = vec![0; points.len()];
+        for (i, key) in (0u32..).zip(keys) {
+            let place = &mut next[key as usize];
+            order[*place as usize] = i;
+            *place += 1;
+        }
+        Groups { order, ends }
+    }
+
+    fn sorted<K: Ord + Copy + Send + Sync>(points: &[Point], key: impl Fn(&Point) -> K + Send + Sync) -> Groups {
+        let mut members: Vec<(K, u32)> = points.par_iter().map(key).zip(0u32..points.len() as u32).collect();
+        members.par_sort_unstable_by_key(|member| member.0);
+        let sizes = members.chunk_by(|a, b| a.0 == b.0).map(<[_]>::len);
+        let ends = sizes.scan(0, |end, size| {
+            *end += size;
+            Some(*end)
+        });
+        Groups { ends: ends.collect(), order: members.iter().map(|member| member.1).collect() }
+    }
+
+    fn group(&self, number: usize) -> &[u32] {
+        let start = if number == 0 { 0 } else { self.ends[number - 1] };
+        &self.order[start..self.ends[number]]
+    }
+}
+
+fn centroids(points: &[Point], normals: Option<&[Point]>, leaf: f64, groups: &Groups) -> Sample {
+    let numbers = || (0..groups.ends.len()).into_par_iter();
+    let centroid = |number: usize| {
+        let members = groups.group(number);
+        let corner = cell(&points[members[0] as usize], leaf).map(|c| c as f64);
+        let sum = members.iter().fold([0i64; 3], |sum, &i| {
+            let point = points[i as usize];
+            std::array::from_fn(|k| sum[k] + ((f64::from(point[k]) / leaf - corner[k]) * STEPS) as i64)
         });
         let mean = |k: usize| (corner[k] + sum[k] as f64 / STEPS / members.len() as f64) * leaf;
-        sample.points.push(narrow(&Vector3::from_fn(|k, _| mean(k))));
-        if let (Some(out), Some(normals)) = (sample.normals.as_mut(), normals) {
-            let sum = own()
-                .fold([0i64; 3], |sum, i| std::array::from_fn(|k| sum[k] + (f64::from(normals[i][k]) * STEPS) as i64));
-            let sum = Vector3::from(sum.map(|steps| steps as f64 / STEPS));
-            out.push(narrow(&sum.try_normalize(1e-6).unwrap_or_default()));
-        }
+        narrow(&Vector3::from_fn(|k, _| mean(k)))
+    };
+    let mean_normal = |normals: &[Point], number: usize| {
+        let sum = groups.group(number).iter().fold([0i64; 3], |sum, &i| {
+            let normal = normals[i as usize];
+            std::array::from_fn(|k| sum[k] + (f64::from(normal[k]) * STEPS) as i64)
+        });
+        let sum = Vector3::from(sum.map(|steps| steps as f64 / STEPS));
+        narrow(&sum.try_normalize(1e-6).unwrap_or_default())
+    };
+    Sample {
+        points: numbers().map(centroid).collect(),
+        normals: normals.map(|normals| numbers().map(|number| mean_normal(normals, number)).collect()),
     }
-    sample
 }
 
 #[cfg(test)]
@@ -155,7 +235,11 @@ mod tests {
             let sample = voxel_centroids(&points, None, leaf);
             assert_eq!(voxel_count(&points, leaf), sample.points.len());
             let leaf = usable(&points, leaf);
-            assert_eq!(sample, centroids(&points, None, leaf, |p| cell(p, leaf)), "{leaf}");
+            let by_cell = Groups::sorted(&points, |p| cell(p, leaf));
+            assert_eq!(sample, centroids(&points, None, leaf, &by_cell), "{leaf}");
+            let by_key =
+                Packing::of(&points, leaf).map(|packing| Groups::sorted(&points, |p| packing.key(&cell(p, leaf))));
+            assert!(by_key.is_none_or(|groups| sample == centroids(&points, None, leaf, &groups)), "{leaf}");
         }
     }
 

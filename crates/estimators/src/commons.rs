@@ -1,0 +1,89 @@
+//! How many neighbours the ends of every edge share, counted once.
+
+use crate::Graph;
+use crate::graph::ones;
+use rayon::prelude::*;
+
+/// A number for each edge of a graph, from both of its ends, in the order of the rows.
+pub(crate) struct Commons<'a> {
+    graph: &'a Graph,
+    /// For each node where its numbers begin, and the end at last.
+    starts: Vec<usize>,
+    counts: Vec<u32>,
+}
+
+impl<'a> Commons<'a> {
+    pub(crate) fn new(graph: &'a Graph) -> Self {
+        let n = graph.len();
+        let mut starts = vec![0; n + 1];
+        (0..n).for_each(|i| starts[i + 1] = starts[i] + graph.degree(i));
+        let later = |i: usize| ones(graph.row(i)).filter(move |&j| j > i).map(move |j| graph.common(i, j)).collect();
+        let later: Vec<Vec<u32>> = (0..n).into_par_iter().map(later).collect();
+        let mut counts = vec![0; starts[n]];
+        // Rows are filled in ascending order, so a row's numbers for earlier nodes come in their order.
+        let mut filled = starts.clone();
+        for (i, later) in later.iter().enumerate() {
+            let end = starts[i + 1];
+            counts[end - later.len()..end].copy_from_slice(later);
+            for (j, &count) in ones(graph.row(i)).filter(|&j| j > i).zip(later) {
+                counts[filled[j]] = count;
+                filled[j] += 1;
+            }
+        }
+        Commons { graph, starts, counts }
+    }
+
+    /// The later neighbours of a node, ascending, with the numbers of their edges.
+    pub(crate) fn later(&self, i: usize) -> impl Iterator<Item = (usize, u32)> + '_ {
+        let counts = &self.counts[self.starts[i]..self.starts[i + 1]];
+        ones(self.graph.row(i)).zip(counts.iter().copied()).filter(move |&(j, _)| j > i)
+    }
+
+    /// The neighbours that `i` and `j` share, ascending, with the numbers of the edges from `i` and from `j`.
+    pub(crate) fn shared(&self, i: usize, j: usize) -> impl Iterator<Item = (usize, [u32; 2])> + '_ {
+        let mut next = [self.starts[i], self.starts[j]];
+        self.graph.row(i).iter().zip(self.graph.row(j)).enumerate().flat_map(move |(at, (&a, &b))| {
+            let first = next;
+            next = [next[0] + a.count_ones() as usize, next[1] + b.count_ones() as usize];
+            ones_of(a & b).map(move |bit| {
+                let before = (1u64 << bit) - 1;
+                let place = |first: usize, word: u64| first + (word & before).count_ones() as usize;
+                (at * 64 + bit, [self.counts[place(first[0], a)], self.counts[place(first[1], b)]])
+            })
+        })
+    }
+}
+
+/// Positions of the set bits, ascending.
+fn ones_of(mut word: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        (word != 0).then(|| {
+            let bit = word.trailing_zeros() as usize;
+            word &= word - 1;
+            bit
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::tests::{RULE, scene};
+
+    #[test]
+    fn the_numbers_are_those_of_the_graph() {
+        let (evidence, _) = scene(200, 60, 4);
+        let graph = Graph::new(&evidence, &RULE);
+        let commons = Commons::new(&graph);
+        for i in 0..graph.len() {
+            let later: Vec<(usize, u32)> =
+                ones(graph.row(i)).filter(|&j| j > i).map(|j| (j, graph.common(i, j))).collect();
+            assert_eq!(commons.later(i).collect::<Vec<_>>(), later);
+            for j in [(i * 7 + 3) % graph.len(), (i + 1) % graph.len()] {
+                let both = ones(graph.row(i)).filter(|&k| ones(graph.row(j)).any(|other| other == k));
+                let expected: Vec<_> = both.map(|k| (k, [graph.common(i, k), graph.common(j, k)])).collect();
+                assert_eq!(commons.shared(i, j).collect::<Vec<_>>(), expected);
+            }
+        }
+    }
+}
