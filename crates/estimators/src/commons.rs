@@ -1,7 +1,7 @@
 //! How many neighbours the ends of every edge share, counted once.
 
 use crate::Graph;
-use crate::graph::ones;
+use crate::graph::{ones, ones_of};
 use rayon::prelude::*;
 
 /// A number for each edge of a graph, from both of its ends, in the order of the rows.
@@ -52,17 +52,6 @@ impl<'a> Commons<'a> {
             })
         })
     }
-}
-
-/// Positions of the set bits, ascending.
-fn ones_of(mut word: u64) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        (word != 0).then(|| {
-            let bit = word.trailing_zeros() as usize;
-            word &= word - 1;
-            bit
-        })
-    })
 }
 
 #[cfg(test)]

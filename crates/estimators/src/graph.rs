@@ -6,6 +6,7 @@
 use congruent_geometry::Point;
 use congruent_metrics::Evidence;
 use multiversion::multiversion;
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 /// When two correspondences are compatible; lengths in data units.
@@ -37,10 +38,12 @@ impl Graph {
         let nodes = Nodes::new(evidence);
         let mut bits = vec![0u64; n * words];
         bits.par_chunks_mut(words.max(1)).enumerate().for_each(|(i, row)| {
-            for j in i + 1..n {
-                if nodes.compatible(i, j, rule) {
-                    row[j / 64] |= 1 << (j % 64);
-                }
+            for (word, bits) in row.iter_mut().enumerate().skip(i / 64) {
+                // Later nodes only.
+                let later = if word == i / 64 { !0 << (i % 64) & !(1 << (i % 64)) } else { !0 };
+                let alike = nodes.alike(i, word, rule) & later;
+                let compatible = ones_of(alike).filter(|bit| nodes.normals_agree(i, word * 64 + bit, rule));
+                *bits = compatible.fold(0, |bits, bit| bits | 1 << bit);
             }
         });
         let mut graph = Graph { n, words, bits };
@@ -110,49 +113,57 @@ pub(crate) fn shared(a: &[u64], b: &[u64]) -> u32 {
 
 /// Positions of the set bits, ascending.
 pub(crate) fn ones(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
-    words.iter().enumerate().flat_map(|(at, &word)| {
-        let mut rest = word;
-        std::iter::from_fn(move || {
-            (rest != 0).then(|| {
-                let bit = rest.trailing_zeros() as usize;
-                rest &= rest - 1;
-                at * 64 + bit
-            })
+    words.iter().enumerate().flat_map(|(at, &word)| ones_of(word).map(move |bit| at * 64 + bit))
+}
+
+/// The same of one word.
+pub(crate) fn ones_of(mut word: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        (word != 0).then(|| {
+            let bit = word.trailing_zeros() as usize;
+            word &= word - 1;
+            bit
         })
     })
 }
 
 /// The correspondences as the pairwise test wants them.
 struct Nodes {
-    source: Vec<Point>,
-    target: Vec<Point>,
+    /// A coordinate at a time.
+    source: [Vec<f32>; 3],
+    target: [Vec<f32>; 3],
     normals: Vec<Option<(Point, Point)>>,
 }
 
 impl Nodes {
     fn new(evidence: &Evidence) -> Self {
         let n = evidence.len();
+        let column = |of: fn(&Evidence, usize) -> Vector3<f64>| {
+            std::array::from_fn(|axis| (0..n).map(|i| of(evidence, i)[axis] as f32).collect())
+        };
         Nodes {
-            source: (0..n).map(|i| congruent_geometry::narrow(&evidence.source(i))).collect(),
-            target: (0..n).map(|i| congruent_geometry::narrow(&evidence.target(i))).collect(),
+            source: column(Evidence::source),
+            target: column(Evidence::target),
             normals: (0..n).map(|i| evidence.normals(i)).collect(),
         }
     }
 
-    #[inline]
-    fn compatible(&self, i: usize, j: usize, rule: &Compatibility) -> bool {
-        let in_source = minus(&self.source[j], &self.source[i]);
-        let in_target = minus(&self.target[j], &self.target[i]);
+    /// Which of the nodes of a word are as far from `i` in the source as in the target, and far enough.
+    fn alike(&self, i: usize, word: usize, rule: &Compatibility) -> u64 {
+        let some = word * 64..self.normals.len().min(word * 64 + 64);
+        let both = [&self.source, &self.target];
+        let columns = both.map(|of| of.each_ref().map(|column| &column[some.clone()]));
         let min_sq = (rule.min_distance * rule.min_distance) as f32;
-        let (source_sq, target_sq) = (dot(&in_source, &in_source), dot(&in_target, &in_target));
-        if source_sq < min_sq || target_sq < min_sq {
-            return false;
-        }
-        let (source_length, target_length) = (source_sq.sqrt(), target_sq.sqrt());
-        if (source_length - target_length).abs() > rule.tolerance as f32 {
-            return false;
-        }
+        alike(both.map(|of| at(of, i)), columns, (min_sq, rule.tolerance as f32))
+    }
+
+    /// Whether the normals turn alike; yes where there are none.
+    #[inline]
+    fn normals_agree(&self, i: usize, j: usize, rule: &Compatibility) -> bool {
         let (Some(at_i), Some(at_j)) = (&self.normals[i], &self.normals[j]) else { return true };
+        let in_source = minus(&at(&self.source, j), &at(&self.source, i));
+        let in_target = minus(&at(&self.target, j), &at(&self.target, i));
+        let (source_length, target_length) = (dot(&in_source, &in_source).sqrt(), dot(&in_target, &in_target).sqrt());
         let cosine = |normals: &(Point, Point)| {
             dot(&normals.0, &in_source) / source_length - dot(&normals.1, &in_target) / target_length
         };
@@ -161,6 +172,28 @@ impl Nodes {
             && cosine(at_j).abs() <= most
             && (angle(&at_i.0, &at_j.0) - angle(&at_i.1, &at_j.1)).abs() <= rule.max_angle as f32
     }
+}
+
+fn at(columns: &[Vec<f32>; 3], i: usize) -> Point {
+    columns.each_ref().map(|column| column[i])
+}
+
+/// A bit for each of at most 64 correspondences: whether both distances from the given one are long enough and alike.
+/// Compiled once for each instruction set and chosen at run time; the bits are the same on all of them.
+#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
+fn alike(from: [Point; 2], columns: [[&[f32]; 3]; 2], (min_sq, tolerance): (f32, f32)) -> u64 {
+    let n = columns[0][0].len();
+    let columns = columns.map(|of| of.map(|column| &column[..n]));
+    let mut agree = [false; 64];
+    for (j, agrees) in agree.iter_mut().enumerate().take(n) {
+        let [source_sq, target_sq]: [f32; 2] = std::array::from_fn(|side| {
+            let [x, y, z]: [f32; 3] = std::array::from_fn(|axis| columns[side][axis][j] - from[side][axis]);
+            x * x + y * y + z * z
+        });
+        let same = (source_sq.sqrt() - target_sq.sqrt()).abs() <= tolerance;
+        *agrees = (source_sq >= min_sq) & (target_sq >= min_sq) & same;
+    }
+    agree.iter().enumerate().fold(0, |bits, (j, agrees)| bits | u64::from(*agrees) << j)
 }
 
 fn minus(a: &Point, b: &Point) -> Point {

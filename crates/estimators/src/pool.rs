@@ -3,9 +3,11 @@
 use crate::Hypothesis;
 use congruent_geometry::{Point, RigidTransform, wide};
 use nalgebra::{Point3, Vector3};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 type Cell = [i64; 3];
+/// Where a pose puts the probes.
+type Places = [Vector3<f64>; PROBES];
 
 /// Points by which poses are compared.
 const PROBES: usize = 8;
@@ -13,7 +15,7 @@ const PROBES: usize = 8;
 /// Tells poses apart by how far they put a few points of the source from each other.
 #[derive(Clone, Debug)]
 pub struct Distinctness {
-    probes: Vec<Point3<f64>>,
+    probes: [Point3<f64>; PROBES],
     /// Poses with a smaller mean displacement of the probes are the same.
     min_displacement: f64,
 }
@@ -22,45 +24,45 @@ impl Distinctness {
     /// Probes are spread evenly over the order of `points`.
     #[must_use]
     pub fn new(points: &[Point], min_displacement: f64) -> Self {
-        let stride = points.len().div_ceil(PROBES).max(1);
-        let probes = points.iter().step_by(stride).map(|p| Point3::from(wide(*p))).collect();
-        Distinctness { probes, min_displacement }
+        let probe =
+            |i: usize| points.get(i * points.len() / PROBES).map_or(Point3::origin(), |p| Point3::from(wide(*p)));
+        Distinctness { probes: std::array::from_fn(probe), min_displacement }
     }
 
     /// The best of each group of like poses, at most `keep`. The hypotheses come ranked, and stay so.
     #[must_use]
     pub fn distinct(&self, ranked: &[Hypothesis], keep: usize) -> Vec<Hypothesis> {
-        let mut kept = Vec::new();
-        let mut cells: HashMap<Cell, Vec<Vec<Vector3<f64>>>> = HashMap::new();
+        let mut kept: Vec<(Hypothesis, Places)> = Vec::new();
+        let mut cells: FxHashMap<Cell, Vec<usize>> = FxHashMap::default();
         for hypothesis in ranked {
             if kept.len() == keep {
                 break;
             }
             let places = self.places(&hypothesis.target_from_source);
             let cell = self.cell(&places);
-            let is_known = around(cell).filter_map(|near| cells.get(&near)).flatten().any(|p| self.same(p, &places));
-            if !is_known {
-                cells.entry(cell).or_default().push(places);
-                kept.push(*hypothesis);
+            let mut near = around(cell).filter_map(|near| cells.get(&near)).flatten();
+            if !near.any(|&other| self.same(&kept[other].1, &places)) {
+                cells.entry(cell).or_default().push(kept.len());
+                kept.push((*hypothesis, places));
             }
         }
-        kept
+        kept.into_iter().map(|(hypothesis, _)| hypothesis).collect()
     }
 
     /// Where the middle of the probes goes, in cells as wide as poses must be apart. The middles of like poses are no
     /// farther apart than their probes are on the mean, so like poses are in neighbouring cells.
-    fn cell(&self, places: &[Vector3<f64>]) -> Cell {
-        let middle = places.iter().sum::<Vector3<f64>>() / places.len().max(1) as f64;
+    fn cell(&self, places: &Places) -> Cell {
+        let middle = places.iter().sum::<Vector3<f64>>() / PROBES as f64;
         let side = if self.min_displacement > 0.0 { self.min_displacement } else { 1.0 };
         std::array::from_fn(|axis| (middle[axis] / side).floor() as i64)
     }
 
-    fn places(&self, pose: &RigidTransform) -> Vec<Vector3<f64>> {
-        self.probes.iter().map(|p| (pose * p).coords).collect()
+    fn places(&self, pose: &RigidTransform) -> Places {
+        self.probes.map(|p| (pose * p).coords)
     }
 
-    fn same(&self, a: &[Vector3<f64>], b: &[Vector3<f64>]) -> bool {
-        let limit = self.min_displacement * a.len() as f64;
+    fn same(&self, a: &Places, b: &Places) -> bool {
+        let limit = self.min_displacement * PROBES as f64;
         // A sum of lengths is at least its first term: most pairs are settled by one probe.
         let mut sum = 0.0;
         for (a, b) in a.iter().zip(b) {

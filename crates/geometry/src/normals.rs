@@ -1,7 +1,8 @@
 //! Normals by principal component analysis of a neighbourhood.
 
-use crate::{NeighborIndex, Point, narrow, sorted_eigen, wide};
-use nalgebra::Matrix3;
+use crate::eigen::{Smallest, smallest_eigen};
+use crate::{NeighborIndex, OrderedPoints, Point, narrow, wide};
+use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 /// Which points speak for the normal of a point; the point itself is one of them.
@@ -27,51 +28,109 @@ pub struct PointNormal {
 /// The normal of every point: the direction in which its neighbours spread least.
 #[must_use]
 pub fn estimate_normals(points: &[Point], index: &NeighborIndex, neighborhood: Neighborhood) -> Vec<PointNormal> {
-    points.par_iter().map(|point| estimate(points, index, neighborhood, point)).collect()
+    let around = Around::new(points, index, neighborhood);
+    let normal = |found: &mut Vec<u64>, point| around.scatter(point, found).normal().unwrap_or_default();
+    points.par_iter().map_init(Vec::new, normal).collect()
 }
 
-fn estimate(points: &[Point], index: &NeighborIndex, neighborhood: Neighborhood, point: &Point) -> PointNormal {
-    let mut scatter = Scatter::around(point);
-    match neighborhood {
-        Neighborhood::Nearest(k) => scatter.add_nearest(points, index, point, k),
-        Neighborhood::Radius(radius) => scatter.add_within(points, index, point, radius),
-        Neighborhood::RadiusAtLeast(radius, k) => {
-            scatter.add_within(points, index, point, radius);
-            if scatter.n < k as f64 {
-                scatter = Scatter::around(point);
-                scatter.add_nearest(points, index, point, k);
+/// Cells along a radius of search.
+const CELLS_PER_RADIUS: f64 = 2.0;
+/// Where points crowd in so many on average in a cell, a tree finds few neighbours faster.
+const MAX_CROWDING: f64 = 40.0;
+/// Points at which the radius that holds `k` neighbours is measured; the guess is so many times the median.
+const GUESSED_AT: usize = 64;
+const GUESS: f64 = 1.15;
+
+/// Finds the neighbours that speak for a normal.
+struct Around<'a> {
+    points: &'a [Point],
+    index: &'a NeighborIndex,
+    neighborhood: Neighborhood,
+    /// Nothing for a crowded cloud.
+    ordered: Option<OrderedPoints>,
+    /// A radius that holds about as many neighbours as are asked for, data units.
+    guess: f64,
+}
+
+impl<'a> Around<'a> {
+    fn new(points: &'a [Point], index: &'a NeighborIndex, neighborhood: Neighborhood) -> Self {
+        let guess = match neighborhood {
+            Neighborhood::Nearest(k) => GUESS * median_reach(points, index, k),
+            Neighborhood::Radius(radius) | Neighborhood::RadiusAtLeast(radius, _) => radius,
+        };
+        let ordered = Some(guess / CELLS_PER_RADIUS)
+            .filter(|side| *side > 0.0)
+            .map(|side| OrderedPoints::new(points, side))
+            .filter(|ordered| ordered.crowding() <= MAX_CROWDING);
+        Around { points, index, neighborhood, ordered, guess }
+    }
+
+    fn scatter(&self, point: &Point, found: &mut Vec<u64>) -> Scatter {
+        match self.neighborhood {
+            Neighborhood::Nearest(k) => self.nearest(point, k, found),
+            Neighborhood::Radius(radius) => self.within(point, radius),
+            Neighborhood::RadiusAtLeast(radius, k) => {
+                let within = self.within(point, radius);
+                if within.n < k as f64 { self.nearest(point, k, found) } else { within }
             }
         }
     }
-    scatter.normal().unwrap_or_default()
+
+    fn nearest(&self, point: &Point, k: usize, found: &mut Vec<u64>) -> Scatter {
+        let mut scatter = Scatter::around(point);
+        match &self.ordered {
+            Some(ordered) => {
+                ordered.nearest_n(point, k, self.guess, found);
+                found.iter().for_each(|&place| scatter.add(&ordered.point(place as usize)));
+            }
+            None => {
+                let nearest = self.index.nearest_n(point, k);
+                nearest.iter().for_each(|n| scatter.add(&self.points[n.index as usize]));
+            }
+        }
+        scatter
+    }
+
+    fn within(&self, point: &Point, radius: f64) -> Scatter {
+        let mut scatter = Scatter::around(point);
+        match &self.ordered {
+            Some(ordered) => ordered.within(point, radius, |place, _| scatter.add(&ordered.point(place))),
+            None => self.index.within(point, radius, |n| scatter.add(&self.points[n.index as usize])),
+        }
+        scatter
+    }
+}
+
+/// The median distance to the `k`-th neighbour over a few points; zero where there is none.
+fn median_reach(points: &[Point], index: &NeighborIndex, k: usize) -> f64 {
+    let some = points.iter().step_by(points.len().div_ceil(GUESSED_AT).max(1));
+    let mut reaches: Vec<f32> = some.filter_map(|p| Some(index.nearest_n(p, k).last()?.distance_sq.sqrt())).collect();
+    reaches.sort_by(f32::total_cmp);
+    reaches.get(reaches.len() / 2).map_or(0.0, |reach| f64::from(*reach))
 }
 
 /// First and second moments relative to a nearby point: without the shift, far coordinates would cancel.
 struct Scatter {
-    centre: Point,
+    centre: Vector3<f64>,
     n: f64,
-    sum: nalgebra::Vector3<f64>,
-    squares: Matrix3<f64>,
+    sum: Vector3<f64>,
+    /// xx, xy, xz, yy, yz, zz.
+    squares: [f64; 6],
 }
 
 impl Scatter {
     fn around(centre: &Point) -> Self {
-        Scatter { centre: *centre, n: 0.0, sum: nalgebra::Vector3::zeros(), squares: Matrix3::zeros() }
+        Scatter { centre: wide(*centre), n: 0.0, sum: Vector3::zeros(), squares: [0.0; 6] }
     }
 
+    #[inline]
     fn add(&mut self, point: &Point) {
-        let offset = wide(*point) - wide(self.centre);
+        let offset = wide(*point) - self.centre;
         self.n += 1.0;
         self.sum += offset;
-        self.squares += offset * offset.transpose();
-    }
-
-    fn add_nearest(&mut self, points: &[Point], index: &NeighborIndex, point: &Point, k: usize) {
-        index.nearest_n(point, k).iter().for_each(|n| self.add(&points[n.index as usize]));
-    }
-
-    fn add_within(&mut self, points: &[Point], index: &NeighborIndex, point: &Point, radius: f64) {
-        index.within(point, radius, |n| self.add(&points[n.index as usize]));
+        let [x, y, z]: [f64; 3] = offset.into();
+        let products = [x * x, x * y, x * z, y * y, y * z, z * z];
+        self.squares.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
     }
 
     fn normal(&self) -> Option<PointNormal> {
@@ -79,14 +138,16 @@ impl Scatter {
             return None;
         }
         let mean = self.sum / self.n;
-        let eigen = sorted_eigen(&(self.squares / self.n - mean * mean.transpose()));
-        let [smallest, middle, largest] = eigen.values;
+        let [xx, xy, xz, yy, yz, zz] = self.squares;
+        let squares = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+        let Smallest { values: [smallest, middle, largest], vector } =
+            smallest_eigen(&(squares / self.n - mean * mean.transpose()));
         // On a line every direction across it is as good as another.
         if middle.is_nan() || middle <= 1e-12 * largest {
             return None;
         }
         let curvature = (smallest / (smallest + middle + largest)).abs() as f32;
-        Some(PointNormal { normal: narrow(&eigen.vectors[0]), curvature })
+        Some(PointNormal { normal: narrow(&vector), curvature })
     }
 }
 
@@ -94,7 +155,6 @@ impl Scatter {
 mod tests {
     use super::*;
     use crate::random::Stream;
-    use nalgebra::Vector3;
 
     fn normals_of(points: &[Point], neighborhood: Neighborhood) -> Vec<PointNormal> {
         estimate_normals(points, &NeighborIndex::new(points), neighborhood)
@@ -121,6 +181,26 @@ mod tests {
                 "{n:?}"
             );
         }
+    }
+
+    #[test]
+    fn a_crowded_cloud_is_searched_by_its_tree_with_the_same_result() {
+        let points = sphere(900);
+        let index = NeighborIndex::new(&points);
+        for neighborhood in [Neighborhood::Nearest(12), Neighborhood::Radius(0.3), Neighborhood::RadiusAtLeast(0.1, 9)]
+        {
+            let by_grid = Around::new(&points, &index, neighborhood);
+            assert!(by_grid.ordered.is_some());
+            let by_tree = Around { ordered: None, ..Around::new(&points, &index, neighborhood) };
+            for point in &points {
+                let [one, other] = [&by_grid, &by_tree].map(|around| around.scatter(point, &mut Vec::new()));
+                assert!(one.n == other.n && (one.sum - other.sum).norm() < 1e-9, "{neighborhood:?}");
+            }
+        }
+        let mut crowded: Vec<Point> = (0..5000).map(|i| [1e-6 * i as f32, 1e-6 * (i % 70) as f32, 0.0]).collect();
+        crowded.extend(sphere(200));
+        let index = NeighborIndex::new(&crowded);
+        assert!(Around::new(&crowded, &index, Neighborhood::Radius(0.3)).ordered.is_none());
     }
 
     #[test]

@@ -3,6 +3,11 @@
 use crate::{Cells, Neighbor, Point};
 use std::ops::Range;
 
+/// A radius that held too few points grows by this factor …
+const GROWTH: f64 = 1.5;
+/// … up to so many cells; then everything is looked at.
+const MAX_GROWN: f64 = 100.0;
+
 /// Points sorted by the cells of a grid. Positions are places in that order; [`Cells::order`] says whose they are.
 pub struct OrderedPoints {
     cells: Cells,
@@ -71,6 +76,40 @@ impl OrderedPoints {
         best.map(|place| Neighbor { index: self.cells.order()[place], distance_sq: limit })
     }
 
+    /// Visits every point at most `radius` away (inclusive), by its place in the order, ascending, and its squared distance.
+    pub fn within(&self, query: &Point, radius: f64, mut visit: impl FnMut(usize, f32)) {
+        let limit = radius as f32 * radius as f32;
+        for run in self.cells.runs(query, radius) {
+            for place in run {
+                let away = distance_sq(&self.point(place), query);
+                if away <= limit {
+                    visit(place, away);
+                }
+            }
+        }
+    }
+
+    /// Places of the `k` nearest points, in no particular order, or all where there are fewer; of equally near ones the
+    /// first in the order. `guess` is a radius (data units) that holds about so many; `found` is used again.
+    pub fn nearest_n(&self, query: &Point, k: usize, guess: f64, found: &mut Vec<u64>) {
+        let k = k.min(self.cells.order().len());
+        let mut reach = if guess > 0.0 { guess } else { self.side };
+        loop {
+            found.clear();
+            // A distance is not negative, so its bits ascend with it; equal ones are told apart by their places.
+            self.within(query, reach, |place, away| found.push(u64::from(away.to_bits()) << 32 | place as u64));
+            if found.len() >= k || !reach.is_finite() {
+                break;
+            }
+            reach = if reach < self.side * MAX_GROWN { reach * GROWTH } else { f64::INFINITY };
+        }
+        if found.len() > k && k > 0 {
+            found.select_nth_unstable(k - 1);
+        }
+        found.truncate(k);
+        found.iter_mut().for_each(|found| *found &= u64::from(u32::MAX));
+    }
+
     /// Mean number of points in the cell of a point: how long a search takes.
     #[must_use]
     pub fn crowding(&self) -> f64 {
@@ -106,6 +145,36 @@ mod tests {
                 assert!(found.is_none_or(|n| distance_sq(&points[n.index as usize], &query) == n.distance_sq));
             }
         }
+    }
+
+    #[test]
+    fn all_that_are_near_are_found() {
+        let mut stream = Stream::new(9, 0);
+        let mut point = |half: f64| -> Point { std::array::from_fn(|_| stream.between(-half, half) as f32) };
+        let mut points: Vec<Point> = (0..400).map(|_| point(10.0)).collect();
+        points.extend_from_within(..40);
+        let mut found = Vec::new();
+        for (side, radius) in [(0.5, 3.0), (4.0, 1.0), (1e-7, 2.0)] {
+            let ordered = OrderedPoints::new(&points, side);
+            for k in [0, 1, 12, 30, 1000] {
+                let query = point(13.0);
+                let mut all: Vec<f32> = points.iter().map(|p| distance_sq(p, &query)).collect();
+                all.sort_by(f32::total_cmp);
+                let mut within = 0;
+                ordered.within(&query, radius, |place, away| {
+                    assert_eq!(distance_sq(&ordered.point(place), &query), away);
+                    within += 1;
+                });
+                assert_eq!(within, all.iter().filter(|d| **d <= (radius * radius) as f32).count());
+                ordered.nearest_n(&query, k, radius, &mut found);
+                let mut nearest: Vec<f32> =
+                    found.iter().map(|&place| distance_sq(&ordered.point(place as usize), &query)).collect();
+                nearest.sort_by(f32::total_cmp);
+                assert_eq!(nearest, all[..k.min(all.len())]);
+            }
+        }
+        OrderedPoints::new(&[], 1.0).nearest_n(&[0.0; 3], 3, 1.0, &mut found);
+        assert!(found.is_empty());
     }
 
     #[test]
