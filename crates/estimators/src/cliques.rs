@@ -47,7 +47,7 @@ impl HypothesisGenerator for Cliques<'_> {
     fn propose(&self, trial: u64) -> Option<RigidTransform> {
         let clique = self.cliques.get(usize::try_from(trial).ok()?)?;
         let pair = |&i: &usize| (self.evidence.source(i), self.evidence.target(i), 1.0);
-        fit_weighted(&clique.nodes.iter().map(pair).collect::<Vec<_>>())
+        fit_weighted(clique.nodes.iter().map(pair))
     }
 }
 

@@ -46,8 +46,7 @@ fn refit(
     evidence.residuals_sq(pose, residuals_sq);
     let weights = metric.weights(residuals_sq);
     let counted = weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0);
-    let pairs: Vec<_> = counted.map(|(i, weight)| (evidence.source(i), evidence.target(i), *weight)).collect();
-    fit_weighted(&pairs)
+    fit_weighted(counted.map(|(i, weight)| (evidence.source(i), evidence.target(i), *weight)))
 }
 
 #[cfg(test)]

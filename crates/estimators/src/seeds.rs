@@ -68,9 +68,7 @@ impl<'a> Seeds<'a> {
             group.iter().map(|&i| group.iter().zip(v).map(|(&j, v)| weight(i, j) * v).sum()).collect()
         };
         let weights = leading_eigenvector(group.len(), times);
-        let pairs: Vec<_> =
-            group.iter().zip(weights).map(|(&i, w)| (self.evidence.source(i), self.evidence.target(i), w)).collect();
-        fit_weighted(&pairs)
+        fit_weighted(group.iter().zip(weights).map(|(&i, w)| (self.evidence.source(i), self.evidence.target(i), w)))
     }
 }
 

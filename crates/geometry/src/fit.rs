@@ -35,17 +35,26 @@ pub fn fit_three(source: &[Vector3<f64>; 3], target: &[Vector3<f64>; 3]) -> Opti
 /// Least-squares motion for weighted pairs `(source, target, weight)` (Kabsch, Umeyama). `None` for fewer than three
 /// pairs with weight, collinear or coincident ones, or anything that is not finite.
 #[must_use]
-pub fn fit_weighted(pairs: &[(Vector3<f64>, Vector3<f64>, f64)]) -> Option<RigidTransform> {
-    let total: f64 = pairs.iter().map(|p| p.2).sum();
-    if pairs.iter().filter(|p| p.2 > 0.0).count() < 3 || !total.is_finite() {
+pub fn fit_weighted(pairs: impl IntoIterator<Item = (Vector3<f64>, Vector3<f64>, f64)>) -> Option<RigidTransform> {
+    let mut pairs = pairs.into_iter().filter(|pair| pair.2 > 0.0).peekable();
+    // Sums are taken about the first pair: far from the origin they would cancel.
+    let (near_source, near_target, _) = *pairs.peek()?;
+    let (mut n, mut total, mut from, mut to) = (0, 0.0, Vector3::zeros(), Vector3::zeros());
+    let mut products = Matrix3::zeros();
+    for (p, q, weight) in pairs {
+        let (p, q) = (p - near_source, q - near_target);
+        let weighted = p * weight;
+        n += 1;
+        total += weight;
+        from += weighted;
+        to += q * weight;
+        products += weighted * q.transpose();
+    }
+    let correlation: Matrix3<f64> = products - from * to.transpose() / total;
+    if n < 3 || !total.is_finite() || !correlation.iter().all(|v| v.is_finite()) {
         return None;
     }
-    let from = pairs.iter().map(|(p, _, w)| p * *w).sum::<Vector3<f64>>() / total;
-    let to = pairs.iter().map(|(_, q, w)| q * *w).sum::<Vector3<f64>>() / total;
-    let correlation: Matrix3<f64> = pairs.iter().map(|(p, q, w)| (p - from) * (q - to).transpose() * *w).sum();
-    if !correlation.iter().all(|v| v.is_finite()) {
-        return None;
-    }
+    let (from, to) = (near_source + from / total, near_target + to / total);
     let svd = correlation.svd(true, true);
     let (u, v) = (svd.u?, svd.v_t?.transpose());
     if svd.singular_values[1] <= MIN_SINGULAR_RATIO * svd.singular_values[0] {
@@ -108,7 +117,7 @@ mod tests {
             let source = std::array::from_fn(|_| vector(&mut stream));
             let target = std::array::from_fn(|_| vector(&mut stream));
             let (Some(closed), Some(svd)) =
-                (fit_three(&source, &target), fit_weighted(&[0, 1, 2].map(|i| (source[i], target[i], 1.0))))
+                (fit_three(&source, &target), fit_weighted([0, 1, 2].map(|i| (source[i], target[i], 1.0))))
             else {
                 continue;
             };
@@ -125,7 +134,7 @@ mod tests {
             let source: Vec<_> = (0..10).map(|_| vector(&mut stream)).collect();
             let target: Vec<_> = source.iter().map(|p| (truth * Point3::from(*p)).coords).collect();
             let pairs: Vec<_> = source.iter().zip(&target).map(|(p, q)| (*p, *q, stream.between(0.1, 2.0))).collect();
-            let all = fit_weighted(&pairs).unwrap();
+            let all = fit_weighted(pairs.iter().copied()).unwrap();
             assert!((all.to_homogeneous() - truth.to_homogeneous()).norm() < 1e-9);
             let three = fit_three(&[source[0], source[1], source[2]], &[target[0], target[1], target[2]]).unwrap();
             assert!((three.to_homogeneous() - truth.to_homogeneous()).norm() < 1e-9);
@@ -137,7 +146,10 @@ mod tests {
         let corner = [Vector3::x(), Vector3::y(), Vector3::z()];
         let mut pairs: Vec<_> = corner.iter().map(|p| (*p, *p, 1.0)).collect();
         pairs.push((Vector3::zeros(), Vector3::repeat(9.0), 0.0));
-        assert!((fit_weighted(&pairs).unwrap().to_homogeneous() - nalgebra::Matrix4::identity()).norm() < 1e-12);
+        assert!(
+            (fit_weighted(pairs.iter().copied()).unwrap().to_homogeneous() - nalgebra::Matrix4::identity()).norm()
+                < 1e-12
+        );
     }
 
     #[test]
@@ -148,16 +160,16 @@ mod tests {
         let broken = [Vector3::repeat(f64::NAN), Vector3::x(), Vector3::y()];
         for bad in [line, equal, broken] {
             assert!(fit_three(&bad, &good).is_none() && fit_three(&good, &bad).is_none());
-            assert!(fit_weighted(&[0, 1, 2].map(|i| (bad[i], good[i], 1.0))).is_none());
+            assert!(fit_weighted([0, 1, 2].map(|i| (bad[i], good[i], 1.0))).is_none());
         }
-        assert!(fit_weighted(&[]).is_none());
+        assert!(fit_weighted([]).is_none());
     }
 
     #[test]
     fn planar_pairs_keep_the_right_handed_solution() {
         let source = [Vector3::zeros(), Vector3::x(), Vector3::y(), Vector3::new(1.0, 1.0, 0.0)];
         let pairs: Vec<_> = source.iter().map(|p| (*p, Vector3::new(p.x, -p.y, 0.0), 1.0)).collect();
-        let rotation = fit_weighted(&pairs).unwrap().rotation.to_rotation_matrix();
+        let rotation = fit_weighted(pairs.iter().copied()).unwrap().rotation.to_rotation_matrix();
         assert!((rotation.matrix().determinant() - 1.0).abs() < 1e-9);
     }
 }
