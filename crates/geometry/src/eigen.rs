@@ -33,6 +33,8 @@ pub(crate) struct Smallest {
 
 /// Where two eigenvalues are nearly the same, the closed form loses digits: the cosine that it rests on is so near to one.
 const MAX_COSINE: f64 = 1.0 - 1e-6;
+/// What an eigenvalue may be off, as a share of the largest.
+const ROUNDING: f64 = 1e-13;
 /// Where the rows of `A − λI` are this much thinner than the spread of the eigenvalues, nothing can be read off them.
 const MIN_CROSS: f64 = 1e-10;
 
@@ -57,6 +59,8 @@ fn closed_form(matrix: &Matrix3<f64>) -> Option<Smallest> {
     let angle = cosine.acos() / 3.0;
     let largest = mean + 2.0 * spread * angle.cos();
     let smallest = mean + 2.0 * spread * (angle + 2.0 * std::f64::consts::FRAC_PI_3).cos();
+    // Nothing but rounding: a plane without noise has none.
+    let smallest = if smallest.abs() <= ROUNDING * largest { 0.0 } else { smallest };
     let rows = matrix - Matrix3::from_diagonal_element(smallest);
     let [a, b, c] = [0, 1, 2].map(|i| rows.column(i).into_owned());
     let crosses = [a.cross(&b), a.cross(&c), b.cross(&c)];

@@ -1,8 +1,8 @@
 //! Normals by principal component analysis of a neighbourhood.
 
 use crate::eigen::{Smallest, smallest_eigen};
-use crate::{NeighborIndex, OrderedPoints, Point, narrow, wide};
-use nalgebra::{Matrix3, Vector3};
+use crate::{NeighborIndex, OrderedPoints, OuterSum, Point, narrow, wide};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 /// Which points speak for the normal of a point; the point itself is one of them.
@@ -35,8 +35,6 @@ pub fn estimate_normals(points: &[Point], index: &NeighborIndex, neighborhood: N
 
 /// Cells along a radius of search.
 const CELLS_PER_RADIUS: f64 = 2.0;
-/// Where points crowd in so many on average in a cell, a tree finds few neighbours faster.
-const MAX_CROWDING: f64 = 40.0;
 /// Points at which the radius that holds `k` neighbours is measured; the guess is so many times the median.
 const GUESSED_AT: usize = 64;
 const GUESS: f64 = 1.15;
@@ -58,10 +56,7 @@ impl<'a> Around<'a> {
             Neighborhood::Nearest(k) => GUESS * median_reach(points, index, k),
             Neighborhood::Radius(radius) | Neighborhood::RadiusAtLeast(radius, _) => radius,
         };
-        let ordered = Some(guess / CELLS_PER_RADIUS)
-            .filter(|side| *side > 0.0)
-            .map(|side| OrderedPoints::new(points, side))
-            .filter(|ordered| ordered.crowding() <= MAX_CROWDING);
+        let ordered = OrderedPoints::unless_crowded(points, guess / CELLS_PER_RADIUS);
         Around { points, index, neighborhood, ordered, guess }
     }
 
@@ -114,13 +109,12 @@ struct Scatter {
     centre: Vector3<f64>,
     n: f64,
     sum: Vector3<f64>,
-    /// xx, xy, xz, yy, yz, zz.
-    squares: [f64; 6],
+    squares: OuterSum,
 }
 
 impl Scatter {
     fn around(centre: &Point) -> Self {
-        Scatter { centre: wide(*centre), n: 0.0, sum: Vector3::zeros(), squares: [0.0; 6] }
+        Scatter { centre: wide(*centre), n: 0.0, sum: Vector3::zeros(), squares: OuterSum::default() }
     }
 
     #[inline]
@@ -128,9 +122,7 @@ impl Scatter {
         let offset = wide(*point) - self.centre;
         self.n += 1.0;
         self.sum += offset;
-        let [x, y, z]: [f64; 3] = offset.into();
-        let products = [x * x, x * y, x * z, y * y, y * z, z * z];
-        self.squares.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
+        self.squares.add(&offset, 1.0);
     }
 
     fn normal(&self) -> Option<PointNormal> {
@@ -138,10 +130,8 @@ impl Scatter {
             return None;
         }
         let mean = self.sum / self.n;
-        let [xx, xy, xz, yy, yz, zz] = self.squares;
-        let squares = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
         let Smallest { values: [smallest, middle, largest], vector } =
-            smallest_eigen(&(squares / self.n - mean * mean.transpose()));
+            smallest_eigen(&(self.squares.matrix() / self.n - mean * mean.transpose()));
         // On a line every direction across it is as good as another.
         if middle.is_nan() || middle <= 1e-12 * largest {
             return None;

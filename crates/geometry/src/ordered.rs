@@ -3,6 +3,8 @@
 use crate::{Cells, Neighbor, Point};
 use std::ops::Range;
 
+/// Where so many points are in the cell of a point on average, or more, they crowd.
+const MAX_CROWDING: f64 = 40.0;
 /// A radius that held too few points grows by this factor …
 const GROWTH: f64 = 1.5;
 /// … up to so many cells; then everything is looked at.
@@ -26,6 +28,13 @@ impl OrderedPoints {
         let cells = Cells::new(points, side);
         let column = |axis: usize| cells.order().iter().map(|&i| points[i as usize][axis]).collect();
         OrderedPoints { columns: std::array::from_fn(column), cells, side }
+    }
+
+    /// The same, or nothing where points crowd so that a tree finds neighbours faster, or where there is no side.
+    #[must_use]
+    pub fn unless_crowded(points: &[Point], side: f64) -> Option<Self> {
+        let ordered = (side > 0.0).then(|| OrderedPoints::new(points, side));
+        ordered.filter(|ordered| ordered.crowding() <= MAX_CROWDING)
     }
 
     /// Who is where, and which places are near.
@@ -110,9 +119,16 @@ impl OrderedPoints {
         found.iter_mut().for_each(|found| *found &= u64::from(u32::MAX));
     }
 
-    /// Mean number of points in the cell of a point: how long a search takes.
+    /// Whether at least `count` points lie within `radius` (inclusive).
     #[must_use]
-    pub fn crowding(&self) -> f64 {
+    pub fn has_within(&self, query: &Point, radius: f64, count: usize) -> bool {
+        let limit = radius as f32 * radius as f32;
+        let near = self.cells.runs(query, radius).flatten();
+        near.filter(|&place| distance_sq(&self.point(place), query) <= limit).take(count).count() == count
+    }
+
+    /// Mean number of points in the cell of a point: how long a search takes.
+    fn crowding(&self) -> f64 {
         let pairs: f64 = self.cells.members().map(|members: Range<usize>| (members.len() as f64).powi(2)).sum();
         pairs / (self.cells.order().len().max(1) as f64)
     }
@@ -193,6 +209,10 @@ mod tests {
         clump.extend((0..400).map(|i| [1e-4 * i as f32, 0.0, 0.0]));
         assert!(OrderedPoints::new(&even, 1.0).crowding() < 2.0);
         assert!(OrderedPoints::new(&clump, 1.0).crowding() > 100.0);
-        assert_eq!(OrderedPoints::new(&[], 1.0).crowding(), 0.0);
+        assert!(
+            OrderedPoints::unless_crowded(&even, 1.0).is_some() && OrderedPoints::unless_crowded(&even, 0.0).is_none()
+        );
+        assert!(OrderedPoints::unless_crowded(&clump, 1.0).is_none());
+        assert!(OrderedPoints::unless_crowded(&[], 1.0).is_some());
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::few_neighbors::nearest_others_sq;
 use crate::random::Stream;
-use crate::{NeighborIndex, Point};
+use crate::{NeighborIndex, OrderedPoints, Point, wide};
 use rayon::prelude::*;
 
 /// Clouds up to this size are measured at every point.
@@ -32,7 +32,13 @@ pub fn resolution(points: &[Point], index: &NeighborIndex) -> Option<Resolution>
 #[must_use]
 pub fn resolution_at(points: &[Point], index: &NeighborIndex, queries: usize) -> Option<Resolution> {
     let asked = drawn(points.len(), queries);
-    let distances: Vec<f64> = asked.par_iter().filter_map(|&i| nearest_other(points, index, i)).collect();
+    let distances: Vec<f64> = match Spaced::new(points, index).filter(|_| 2 * asked.len() >= points.len()) {
+        Some(spaced) => {
+            let nearest = |found: &mut Vec<u64>, i: &u32| spaced.nearest_other(&points[*i as usize], found);
+            asked.par_iter().map_init(Vec::new, nearest).flatten_iter().collect()
+        }
+        None => asked.par_iter().filter_map(|&i| nearest_other(points, index, i)).collect(),
+    };
     mean(&distances, points.len() <= queries)
 }
 
@@ -63,6 +69,33 @@ fn mean(distances: &[f64], is_exact: bool) -> Option<Resolution> {
 fn nearest_other(points: &[Point], index: &NeighborIndex, i: u32) -> Option<f64> {
     let two = index.nearest_n(&points[i as usize], 2);
     two.get(1).map(|second| f64::from(second.distance_sq).sqrt())
+}
+
+/// Points at which the distance between neighbours is guessed; what is looked through is so many times as far.
+const GUESSED_AT: usize = 64;
+const GUESS: f64 = 1.5;
+
+/// A cloud sorted into cells about as wide as its points are apart.
+struct Spaced {
+    ordered: OrderedPoints,
+    guess: f64,
+}
+
+impl Spaced {
+    /// Nothing where points crowd, or have no others.
+    fn new(points: &[Point], index: &NeighborIndex) -> Option<Self> {
+        let some = (0..points.len() as u32).step_by(points.len().div_ceil(GUESSED_AT).max(1));
+        let mut distances: Vec<f64> = some.filter_map(|i| nearest_other(points, index, i)).collect();
+        distances.sort_by(f64::total_cmp);
+        let guess = GUESS * distances.get(distances.len() / 2)?;
+        Some(Spaced { ordered: OrderedPoints::unless_crowded(points, guess)?, guess })
+    }
+
+    fn nearest_other(&self, point: &Point, found: &mut Vec<u64>) -> Option<f64> {
+        self.ordered.nearest_n(point, 2, self.guess, found);
+        let distance = |place: &u64| (wide(self.ordered.point(*place as usize)) - wide(*point)).norm();
+        (found.len() == 2).then(|| found.iter().map(distance).fold(0.0, f64::max))
+    }
 }
 
 #[cfg(test)]

@@ -4,7 +4,9 @@
 
 use crate::corner::refined;
 use crate::{Detector, Keypoint, Ties, local_maxima};
-use congruent_geometry::{Length, Neighborhood, PointNormal, Surface, estimate_normals, sorted_eigen, wide};
+use congruent_geometry::{
+    Length, Neighborhood, OuterSum, PointNormal, RadiusSearch, Surface, estimate_normals, sorted_eigen, wide,
+};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -108,7 +110,8 @@ pub struct Harris {
 impl Detector for Harris {
     fn detect(&self, surface: &Surface) -> Vec<Keypoint> {
         let normals = estimate_normals(surface.points(), surface.index(), Neighborhood::Radius(self.radius));
-        let response = |i| Some(self.response_at(surface, &normals, i)).filter(|r| *r >= self.threshold);
+        let around = RadiusSearch::new(surface, self.radius);
+        let response = |i| Some(self.response_at(surface, &around, &normals, i)).filter(|r| *r >= self.threshold);
         let responses: Vec<Option<f64>> = (0..surface.len()).into_par_iter().map(response).collect();
         let found = local_maxima(surface, &responses, self.radius, self.ties);
         match self.placement {
@@ -128,11 +131,11 @@ impl Harris {
         moved
     }
 
-    fn response_at(&self, surface: &Surface, normals: &[PointNormal], i: usize) -> f64 {
+    fn response_at(&self, surface: &Surface, around: &RadiusSearch<'_>, normals: &[PointNormal], i: usize) -> f64 {
         if self.response == HarrisResponse::Curvature {
             return f64::from(normals[i].curvature);
         }
-        mean_of_squares(surface, normals, i, self.radius).map_or(0.0, |m| self.response.of(&m))
+        mean_of_squares(surface, around, normals, i).map_or(0.0, |m| self.response.of(&m))
     }
 }
 
@@ -150,19 +153,24 @@ impl HarrisResponse {
     }
 }
 
-/// Mean of `n nᵀ` over the valid normals within `radius`, the point's own included; `None` where there are none.
-fn mean_of_squares(surface: &Surface, normals: &[PointNormal], i: usize, radius: f64) -> Option<Matrix3<f64>> {
-    let (mut sum, mut count) = (Matrix3::zeros(), 0u32);
-    surface.index().within(&surface.points()[i], radius, |n| {
+/// Mean of `n nᵀ` over the valid normals around, the point's own included; `None` where there are none.
+fn mean_of_squares(
+    surface: &Surface,
+    around: &RadiusSearch<'_>,
+    normals: &[PointNormal],
+    i: usize,
+) -> Option<Matrix3<f64>> {
+    let (mut squares, mut count) = (OuterSum::default(), 0u32);
+    around.visit(&surface.points()[i], |n| {
         let normal = wide(normals[n.index as usize].normal);
         // Stored as f32 they are of unit length to 1e-7 only; det is often smaller than that.
         let length_sq = normal.norm_squared();
         if length_sq > 0.0 {
-            sum += normal * normal.transpose() / length_sq;
+            squares.add(&normal, 1.0 / length_sq);
             count += 1;
         }
     });
-    (count > 0).then(|| sum / f64::from(count))
+    (count > 0).then(|| squares.matrix() / f64::from(count))
 }
 
 #[cfg(test)]
@@ -181,7 +189,7 @@ mod tests {
     #[test]
     fn a_cube_corner_responds_most_and_an_edge_not_at_all() {
         let (corner, normals) = cube_corner(3, 5);
-        let m = mean_of_squares(&corner, &normals, 0, 4.0).unwrap();
+        let m = mean_of_squares(&corner, &RadiusSearch::new(&corner, 4.0), &normals, 0).unwrap();
         assert!((m.trace() - 1.0).abs() < 1e-12);
         for method in [HarrisResponse::Harris, HarrisResponse::Noble, HarrisResponse::Lowe] {
             assert!((method.of(&m) - 1.0 / 27.0).abs() < 1e-12);
@@ -189,7 +197,7 @@ mod tests {
         assert!((HarrisResponse::Tomasi.of(&m) - 1.0 / 3.0).abs() < 1e-12);
 
         let (edge, normals) = cube_corner(2, 5);
-        let m = mean_of_squares(&edge, &normals, 0, 4.0).unwrap();
+        let m = mean_of_squares(&edge, &RadiusSearch::new(&edge, 4.0), &normals, 0).unwrap();
         for method in METHODS {
             assert!(method.of(&m).abs() < 1e-12);
         }
@@ -198,9 +206,9 @@ mod tests {
     #[test]
     fn flipped_normals_change_nothing() {
         let (corner, mut normals) = cube_corner(3, 5);
-        let before = mean_of_squares(&corner, &normals, 0, 4.0);
+        let before = mean_of_squares(&corner, &RadiusSearch::new(&corner, 4.0), &normals, 0);
         normals.iter_mut().step_by(3).for_each(|n| n.normal = n.normal.map(|v| -v));
-        assert_eq!(mean_of_squares(&corner, &normals, 0, 4.0), before);
+        assert_eq!(mean_of_squares(&corner, &RadiusSearch::new(&corner, 4.0), &normals, 0), before);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 
 use crate::boundary::near_boundary;
 use crate::{Detector, Keypoint, Ties, local_maxima, supported};
-use congruent_geometry::{Length, Surface, sorted_eigen, wide};
+use congruent_geometry::{Length, OuterSum, RadiusSearch, Surface, sorted_eigen, wide};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -107,9 +107,10 @@ pub struct Iss {
 
 impl Detector for Iss {
     fn detect(&self, surface: &Surface) -> Vec<Keypoint> {
-        let weights = self.weights(surface);
+        let around = RadiusSearch::new(surface, self.salient_radius);
+        let weights = self.weights(surface, &around);
         let mut responses: Vec<Option<f64>> =
-            (0..surface.len()).into_par_iter().map(|i| self.response_at(surface, &weights, i)).collect();
+            (0..surface.len()).into_par_iter().map(|i| self.response_at(surface, &around, &weights, i)).collect();
         if let Some(radius) = self.boundary_radius {
             let near = near_boundary(surface, radius);
             responses.iter_mut().zip(near).filter(|(_, near)| *near).for_each(|(response, _)| *response = None);
@@ -121,10 +122,10 @@ impl Detector for Iss {
 
 impl Iss {
     /// What each point weighs in the scatter of its neighbours.
-    fn weights(&self, surface: &Surface) -> Vec<f64> {
+    fn weights(&self, surface: &Surface, around: &RadiusSearch<'_>) -> Vec<f64> {
         let crowding = |point| {
             let mut count = 0u32;
-            surface.index().within(point, self.salient_radius, |_| count += 1);
+            around.visit(point, |_| count += 1);
             1.0 / f64::from(count)
         };
         match self.variant {
@@ -133,25 +134,26 @@ impl Iss {
         }
     }
 
-    fn response_at(&self, surface: &Surface, weights: &[f64], i: usize) -> Option<f64> {
-        let [smallest, middle, largest] = sorted_eigen(&self.scatter(surface, weights, i)?).values;
+    fn response_at(&self, surface: &Surface, around: &RadiusSearch<'_>, weights: &[f64], i: usize) -> Option<f64> {
+        let [smallest, middle, largest] = sorted_eigen(&self.scatter(surface, around, weights, i)?).values;
         let flat = largest.is_nan() || largest <= 0.0 || smallest <= FLAT * largest;
         let distinct = middle < self.gamma_21 * largest && smallest < self.gamma_32 * middle;
         (!flat && distinct).then_some(smallest)
     }
 
-    fn scatter(&self, surface: &Surface, weights: &[f64], i: usize) -> Option<Matrix3<f64>> {
+    fn scatter(&self, surface: &Surface, around: &RadiusSearch<'_>, weights: &[f64], i: usize) -> Option<Matrix3<f64>> {
         let centre = wide(surface.points()[i]);
         let (mut count, mut total) = (0usize, 0.0);
-        let (mut sum, mut squares) = (Vector3::zeros(), Matrix3::zeros());
-        surface.index().within(&surface.points()[i], self.salient_radius, |n| {
+        let (mut sum, mut squares) = (Vector3::zeros(), OuterSum::default());
+        around.visit(&surface.points()[i], |n| {
             let weight = weights[n.index as usize];
             let offset = wide(surface.points()[n.index as usize]) - centre;
             count += 1;
             total += weight;
             sum += offset * weight;
-            squares += offset * offset.transpose() * weight;
+            squares.add(&offset, weight);
         });
+        let squares = squares.matrix();
         (count >= self.min_neighbors).then(|| match self.variant {
             IssVariant::Pcl => squares,
             IssVariant::Weighted => squares / total,
@@ -187,7 +189,12 @@ mod tests {
         let middle = 4 + 4 * 9 + 4 * 81;
         for variant in VARIANTS {
             let iss = detector(variant, 1.0);
-            assert_eq!(iss.response_at(&lattice, &iss.weights(&lattice), middle), None, "{variant:?}");
+            let around = RadiusSearch::new(&lattice, iss.salient_radius);
+            assert_eq!(
+                iss.response_at(&lattice, &around, &iss.weights(&lattice, &around), middle),
+                None,
+                "{variant:?}"
+            );
         }
     }
 

@@ -1,7 +1,7 @@
 //! Non-maximum suppression: of the points that respond, those that respond most in their neighbourhood.
 
 use crate::Keypoint;
-use congruent_geometry::Surface;
+use congruent_geometry::{RadiusSearch, Surface};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -32,10 +32,11 @@ impl Ties {
 #[must_use]
 pub fn local_maxima(surface: &Surface, responses: &[Option<f64>], radius: f64, ties: Ties) -> Vec<Keypoint> {
     assert_eq!(responses.len(), surface.len(), "each point has its response");
+    let around = RadiusSearch::new(surface, radius);
     let keypoint = |index: u32| {
         let response = responses[index as usize].filter(|r| r.is_finite())?;
         let mut beaten = false;
-        surface.index().within(&surface.points()[index as usize], radius, |n| {
+        around.visit(&surface.points()[index as usize], |n| {
             if let Some(other) = responses[n.index as usize].filter(|r| r.is_finite()) {
                 beaten |= ties.beats((other, n.index), (response, index));
             }

@@ -1,7 +1,7 @@
 //! Keypoints need surface around them: stray points have none.
 
 use crate::Keypoint;
-use congruent_geometry::{Length, Surface};
+use congruent_geometry::{Length, RadiusSearch, Surface};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 /// order.
 #[must_use]
 pub fn supported(surface: &Surface, keypoints: &[Keypoint], radius: f64, min_points: usize) -> Vec<Keypoint> {
-    let has_support =
-        |k: &&Keypoint| surface.index().has_within(&surface.points()[k.index as usize], radius, min_points);
+    let around = RadiusSearch::new(surface, radius);
+    let has_support = |k: &&Keypoint| around.has(&surface.points()[k.index as usize], min_points);
     keypoints.par_iter().filter(has_support).copied().collect()
 }
 

@@ -132,7 +132,7 @@ fn refinement(pose: RigidTransform, equations: &Equations) -> Refinement {
         n_pairs: equations.n_pairs,
         residual: equations.residual(),
         support: equations.weight,
-        information: equations.information,
+        information: equations.information(),
         hold: equations.hold(Freedom::All),
         uncertainty: None,
     }

@@ -17,11 +17,11 @@ pub(crate) const MIN_STIFFNESS: f64 = 0.006;
 /// `JᵀKJ` and `−JᵀKd` for motions rotation before translation, about the origin of the target frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Equations {
-    /// Of the distances that the method looks at.
-    pub(crate) information: Matrix6<f64>,
-    gradient: Vector6<f64>,
     /// Of the distances to the tangent planes alone: what really holds.
-    planes: Matrix6<f64>,
+    planes: Symmetric6,
+    /// Of other distances that the method looks at instead.
+    metric: Option<Matrix6<f64>>,
+    gradient: Vector6<f64>,
     pub(crate) n_pairs: usize,
     pub(crate) weight: f64,
     weighted_sq: f64,
@@ -29,6 +29,30 @@ pub(crate) struct Equations {
     place_sq: f64,
     /// Squared sines between the normals of each pair.
     disagreement: f64,
+}
+
+/// A symmetric sum; only the lower triangle is added up.
+#[derive(Clone, Copy, Debug, Default)]
+struct Symmetric6([[f64; 6]; 6]);
+
+impl Symmetric6 {
+    #[inline]
+    fn add(&mut self, row: &Vector6<f64>, weight: f64) {
+        for i in 0..6 {
+            let weighted = weight * row[i];
+            for j in 0..=i {
+                self.0[i][j] += weighted * row[j];
+            }
+        }
+    }
+
+    fn plus(&mut self, other: &Symmetric6) {
+        self.0.as_flattened_mut().iter_mut().zip(other.0.as_flattened()).for_each(|(sum, more)| *sum += more);
+    }
+
+    fn matrix(&self) -> Matrix6<f64> {
+        Matrix6::from_fn(|i, j| self.0[i.max(j)][i.min(j)])
+    }
 }
 
 /// A motion of a point: how its place and its distance along `direction` change.
@@ -41,22 +65,19 @@ impl Equations {
     /// A pair whose distances count along the normal only.
     pub(crate) fn add_plane(&mut self, touch: &Touch) {
         let row = row(&touch.moved, &touch.normal);
-        let outer = row * row.transpose() * touch.weight;
-        self.information += outer;
-        self.planes += outer;
+        self.planes.add(&row, touch.weight);
         self.gradient -= row * (touch.weight * touch.distance);
         self.count(touch);
     }
 
     /// A pair whose distances count by the metric `k`.
     pub(crate) fn add_metric(&mut self, touch: &Touch, k: &Matrix3<f64>) {
-        let normal_row = row(&touch.moved, &touch.normal);
-        self.planes += normal_row * normal_row.transpose() * touch.weight;
+        self.planes.add(&row(&touch.moved, &touch.normal), touch.weight);
         let mut jacobian = nalgebra::Matrix3x6::zeros();
         jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&-touch.moved.cross_matrix());
         jacobian.fixed_view_mut::<3, 3>(0, 3).fill_with_identity();
         let weighted = jacobian.transpose() * k * touch.weight;
-        self.information += weighted * jacobian;
+        *self.metric.get_or_insert_default() += weighted * jacobian;
         self.gradient -= weighted * touch.offset;
         self.count(touch);
     }
@@ -71,9 +92,11 @@ impl Equations {
     }
 
     pub(crate) fn plus(mut self, other: Equations) -> Equations {
-        self.information += other.information;
+        self.planes.plus(&other.planes);
+        if let Some(metric) = other.metric {
+            *self.metric.get_or_insert_default() += metric;
+        }
         self.gradient += other.gradient;
-        self.planes += other.planes;
         self.n_pairs += other.n_pairs;
         self.weight += other.weight;
         self.weighted_sq += other.weighted_sq;
@@ -81,6 +104,11 @@ impl Equations {
         self.place_sq += other.place_sq;
         self.disagreement += other.disagreement;
         self
+    }
+
+    /// Of the distances that the method looks at.
+    pub(crate) fn information(&self) -> Matrix6<f64> {
+        self.metric.unwrap_or_else(|| self.planes.matrix())
     }
 
     /// The middle of the pairs and their spread around it.
@@ -98,7 +126,8 @@ impl Equations {
             return Hold::NONE;
         }
         let (middle, spread) = self.middle();
-        Hold::new(freedom, &self.planes, self.weight, &middle, spread).with_noise(self.disagreement / self.weight)
+        Hold::new(freedom, &self.planes.matrix(), self.weight, &middle, spread)
+            .with_noise(self.disagreement / self.weight)
     }
 
     /// The motion that lowers the distances most, of those that the surfaces hold; rotation vector and translation about
@@ -108,7 +137,7 @@ impl Equations {
             return None;
         }
         let basis = self.basis(freedom)?;
-        let information = basis.transpose() * self.information * basis;
+        let information = basis.transpose() * self.information() * basis;
         let information = information + Matrix6::identity() * (DAMPING * information.trace().max(f64::MIN_POSITIVE));
         let step = basis * information.cholesky()?.solve(&(basis.transpose() * self.gradient));
         step.iter().all(|v| v.is_finite()).then_some(step)

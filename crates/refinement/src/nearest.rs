@@ -4,8 +4,6 @@ use congruent_geometry::{NearestField, NeighborIndex, OrderedPoints, Point, Surf
 
 /// Cells of the grid that closest points are looked for in are so many times the resolution wide.
 const CELL: f64 = 1.5;
-/// Where points crowd in so many on average in a cell, a tree is faster.
-const MAX_CROWDING: f64 = 40.0;
 
 /// Finds the point of the fixed surface that is closest to a moved one.
 pub trait Nearest: Sync {
@@ -41,8 +39,8 @@ pub(crate) enum Exact<'a> {
 
 impl<'a> Exact<'a> {
     pub(crate) fn of(surface: &'a Surface) -> Self {
-        let ordered = OrderedPoints::new(surface.points(), CELL * surface.resolution());
-        if ordered.crowding() <= MAX_CROWDING { Exact::Grid(ordered) } else { Exact::Tree(surface.index()) }
+        let ordered = OrderedPoints::unless_crowded(surface.points(), CELL * surface.resolution());
+        ordered.map_or(Exact::Tree(surface.index()), Exact::Grid)
     }
 
     pub(crate) fn search(&self) -> &dyn Nearest {
