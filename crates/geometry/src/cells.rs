@@ -59,6 +59,33 @@ impl Cells {
         self.starts.windows(2).map(|ends| ends[0] as usize..ends[1] as usize)
     }
 
+    /// Visits the runs of the order, ascending, that hold all points within `radius` (data units) of a place: those of the
+    /// block of cells around it. Where that is a few cells wide, looking closer costs more than it spares.
+    #[inline]
+    pub(crate) fn around(&self, centre: &Point, radius: f64, mut visit: impl FnMut(Range<usize>)) {
+        let Grid { side, size, .. } = self.grid;
+        let place = self.grid.place(centre);
+        let reach = radius as f32 / side + SLACK;
+        let span = |axis: usize| {
+            let low = (place[axis] - reach).max(0.0) as usize;
+            let high = ((place[axis] + reach).max(-1.0) + 1.0) as usize;
+            low.min(size[axis])..high.min(size[axis])
+        };
+        let [xs, ys, zs] = [0, 1, 2].map(span);
+        if xs.is_empty() {
+            return;
+        }
+        for z in zs {
+            for y in ys.clone() {
+                let row = self.grid.number([0, y, z]);
+                let (start, end) = (self.starts[row + xs.start] as usize, self.starts[row + xs.end] as usize);
+                if start < end {
+                    visit(start..end);
+                }
+            }
+        }
+    }
+
     /// Runs of the order, ascending, that hold all points within `radius` (data units) of a place, and others.
     pub fn runs(&self, centre: &Point, radius: f64) -> impl Iterator<Item = Range<usize>> + '_ {
         let Grid { side, size, .. } = self.grid;

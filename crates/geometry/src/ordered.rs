@@ -73,29 +73,33 @@ impl OrderedPoints {
     fn nearest_in_reach(&self, query: &Point, reach: f64) -> Option<Neighbor> {
         let mut limit = reach as f32 * reach as f32;
         let mut best = None;
-        for run in self.cells.runs(query, reach) {
-            for place in run {
-                let away = distance_sq(&self.point(place), query);
+        self.cells.around(query, reach, |run| {
+            let start = run.start;
+            let columns = self.columns.each_ref().map(|column| &column[run.clone()]);
+            for place in 0..run.len() {
+                let away = distance_sq(&columns.map(|column| column[place]), query);
                 // The rim belongs to the ball; after that only a nearer one counts.
                 if away < limit || (best.is_none() && away == limit) {
-                    (limit, best) = (away, Some(place));
+                    (limit, best) = (away, Some(start + place));
                 }
             }
-        }
+        });
         best.map(|place| Neighbor { index: self.cells.order()[place], distance_sq: limit })
     }
 
     /// Visits every point at most `radius` away (inclusive), by its place in the order, ascending, and its squared distance.
     pub fn within(&self, query: &Point, radius: f64, mut visit: impl FnMut(usize, f32)) {
         let limit = radius as f32 * radius as f32;
-        for run in self.cells.runs(query, radius) {
-            for place in run {
-                let away = distance_sq(&self.point(place), query);
+        self.cells.around(query, radius, |run| {
+            let start = run.start;
+            let columns = self.columns.each_ref().map(|column| &column[run.clone()]);
+            for place in 0..run.len() {
+                let away = distance_sq(&columns.map(|column| column[place]), query);
                 if away <= limit {
-                    visit(place, away);
+                    visit(start + place, away);
                 }
             }
-        }
+        });
     }
 
     /// Places of the `k` nearest points, in no particular order, or all where there are fewer; of equally near ones the

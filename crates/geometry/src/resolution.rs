@@ -33,10 +33,7 @@ pub fn resolution(points: &[Point], index: &NeighborIndex) -> Option<Resolution>
 pub fn resolution_at(points: &[Point], index: &NeighborIndex, queries: usize) -> Option<Resolution> {
     let asked = drawn(points.len(), queries);
     let distances: Vec<f64> = match Spaced::new(points, index).filter(|_| 2 * asked.len() >= points.len()) {
-        Some(spaced) => {
-            let nearest = |found: &mut Vec<u64>, i: &u32| spaced.nearest_other(&points[*i as usize], found);
-            asked.par_iter().map_init(Vec::new, nearest).flatten_iter().collect()
-        }
+        Some(spaced) => asked.par_iter().filter_map(|&i| spaced.nearest_other(&points[i as usize])).collect(),
         None => asked.par_iter().filter_map(|&i| nearest_other(points, index, i)).collect(),
     };
     mean(&distances, points.len() <= queries)
@@ -75,6 +72,10 @@ fn nearest_other(points: &[Point], index: &NeighborIndex, i: u32) -> Option<f64>
 const GUESSED_AT: usize = 64;
 const GUESS: f64 = 1.5;
 
+/// Where nothing is that near, it grows by this factor, so many times; then everything is looked at.
+const GROWTH: f64 = 2.0;
+const MAX_GROWN: f64 = 100.0;
+
 /// A cloud sorted into cells about as wide as its points are apart.
 struct Spaced {
     ordered: OrderedPoints,
@@ -91,10 +92,24 @@ impl Spaced {
         Some(Spaced { ordered: OrderedPoints::unless_crowded(points, guess)?, guess })
     }
 
-    fn nearest_other(&self, point: &Point, found: &mut Vec<u64>) -> Option<f64> {
-        self.ordered.nearest_n(point, 2, self.guess, found);
-        let distance = |place: &u64| (wide(self.ordered.point(*place as usize)) - wide(*point)).norm();
-        (found.len() == 2).then(|| found.iter().map(distance).fold(0.0, f64::max))
+    /// The point itself is the nearest.
+    fn nearest_other(&self, point: &Point) -> Option<f64> {
+        let mut reach = self.guess;
+        loop {
+            let (mut first, mut second) = (f32::INFINITY, f32::INFINITY);
+            self.ordered.within(point, reach, |_, away| {
+                if away < second {
+                    (first, second) = (first.min(away), first.max(away));
+                }
+            });
+            if second.is_finite() {
+                return Some(f64::from(second).sqrt());
+            }
+            if !reach.is_finite() {
+                return None;
+            }
+            reach = if reach < MAX_GROWN * self.guess { GROWTH * reach } else { f64::INFINITY };
+        }
     }
 }
 

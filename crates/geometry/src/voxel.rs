@@ -16,8 +16,9 @@ pub struct Sample {
 /// Steps into which a cell's side is cut where means are formed: sums of whole steps do not depend on their order.
 const STEPS: f64 = (1u64 << 36) as f64;
 
-/// A table over all cells has at most so many for each point; beyond that the points' cells are sorted.
-const MAX_CELLS_PER_POINT: usize = 64;
+/// A table of all cells has at most so many for each point, and a bit map so many; beyond that the points' cells are sorted.
+const MAX_CELLS_PER_POINT: usize = 8;
+const MAX_BITS_PER_POINT: usize = 256;
 
 /// The centroid of the points in each cubic cell of side `leaf`; cells are `floor(x / leaf)` on each axis.
 ///
@@ -27,7 +28,7 @@ const MAX_CELLS_PER_POINT: usize = 64;
 pub fn voxel_centroids(points: &[Point], normals: Option<&[Point]>, leaf: f64) -> Sample {
     let leaf = usable(points, leaf);
     let groups = match Packing::of(points, leaf) {
-        Some(packing) => match packing.few_keys(points.len()) {
+        Some(packing) => match packing.few_keys(MAX_CELLS_PER_POINT * points.len()) {
             Some(n) => Groups::counted(points, n, |p| packing.key(&cell(p, leaf)) as u32),
             None => Groups::sorted(points, |p| packing.key(&cell(p, leaf))),
         },
@@ -41,7 +42,7 @@ pub fn voxel_centroids(points: &[Point], normals: Option<&[Point]>, leaf: f64) -
 pub fn voxel_count(points: &[Point], leaf: f64) -> usize {
     let leaf = usable(points, leaf);
     match Packing::of(points, leaf) {
-        Some(packing) => match packing.few_keys(points.len()) {
+        Some(packing) => match packing.few_keys(MAX_BITS_PER_POINT * points.len()) {
             Some(n) => marked(points, n, |p| packing.key(&cell(p, leaf))),
             None => distinct(points, |p| packing.key(&cell(p, leaf))),
         },
@@ -84,10 +85,10 @@ impl Packing {
         (bits.iter().sum::<u32>() <= u64::BITS).then_some(Packing { low, bits })
     }
 
-    /// One more than the largest key, where a table of all keys is small beside the cloud.
-    fn few_keys(&self, n_points: usize) -> Option<usize> {
+    /// One more than the largest key, where that is not above the limit.
+    fn few_keys(&self, limit: usize) -> Option<usize> {
         let n = 1usize.checked_shl(self.bits.iter().sum())?;
-        (n <= MAX_CELLS_PER_POINT * n_points && n <= 1 << 31).then_some(n)
+        (n <= limit && n <= 1 << 31).then_some(n)
     }
 
     #[inline]
