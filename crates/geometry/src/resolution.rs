@@ -2,7 +2,7 @@
 
 use crate::few_neighbors::nearest_others_sq;
 use crate::random::Stream;
-use crate::{NeighborIndex, OrderedPoints, Point, wide};
+use crate::{NeighborIndex, OrderedPoints, Point};
 use rayon::prelude::*;
 
 /// Clouds up to this size are measured at every point.
