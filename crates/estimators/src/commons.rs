@@ -39,18 +39,18 @@ impl<'a> Commons<'a> {
         ones(self.graph.row(i)).zip(counts.iter().copied()).filter(move |&(j, _)| j > i)
     }
 
-    /// The neighbours that `i` and `j` share, ascending, with the numbers of the edges from `i` and from `j`.
-    pub(crate) fn shared(&self, i: usize, j: usize) -> impl Iterator<Item = (usize, [u32; 2])> + '_ {
-        let mut next = [self.starts[i], self.starts[j]];
-        self.graph.row(i).iter().zip(self.graph.row(j)).enumerate().flat_map(move |(at, (&a, &b))| {
-            let first = next;
-            next = [next[0] + a.count_ones() as usize, next[1] + b.count_ones() as usize];
-            ones_of(a & b).map(move |bit| {
-                let before = (1u64 << bit) - 1;
-                let place = |first: usize, word: u64| first + (word & before).count_ones() as usize;
-                (at * 64 + bit, [self.counts[place(first[0], a)], self.counts[place(first[1], b)]])
-            })
-        })
+    /// Visits the neighbours that `i` and `j` share, ascending, with the numbers of the edges from `i` and from `j`.
+    pub(crate) fn each_shared(&self, i: usize, j: usize, mut visit: impl FnMut(usize, [u32; 2])) {
+        let (mut from_i, mut from_j) = (&self.counts[self.starts[i]..], &self.counts[self.starts[j]..]);
+        for (at, (&a, &b)) in self.graph.row(i).iter().zip(self.graph.row(j)).enumerate() {
+            for bit in ones_of(a | b) {
+                let (of_i, of_j) = ((a >> bit & 1) as usize, (b >> bit & 1) as usize);
+                if of_i & of_j == 1 {
+                    visit(at * 64 + bit, [from_i[0], from_j[0]]);
+                }
+                (from_i, from_j) = (&from_i[of_i..], &from_j[of_j..]);
+            }
+        }
     }
 }
 
@@ -71,7 +71,9 @@ mod tests {
             for j in [(i * 7 + 3) % graph.len(), (i + 1) % graph.len()] {
                 let both = ones(graph.row(i)).filter(|&k| ones(graph.row(j)).any(|other| other == k));
                 let expected: Vec<_> = both.map(|k| (k, [graph.common(i, k), graph.common(j, k)])).collect();
-                assert_eq!(commons.shared(i, j).collect::<Vec<_>>(), expected);
+                let mut shared = Vec::new();
+                commons.each_shared(i, j, |k, counts| shared.push((k, counts)));
+                assert_eq!(shared, expected);
             }
         }
     }

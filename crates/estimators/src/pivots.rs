@@ -81,14 +81,14 @@ fn rank(edges: &mut [Edge]) {
 fn triangles(commons: &Commons<'_>, edge: &Edge) -> Vec<[u32; 3]> {
     let [i, j] = edge.ends;
     let mut best: Vec<(u32, usize)> = Vec::with_capacity(THIRDS + 1);
-    for (k, [with_i, with_j]) in commons.shared(i as usize, j as usize) {
+    commons.each_shared(i as usize, j as usize, |k, [with_i, with_j]| {
         let common = with_i + with_j;
         let place = best.partition_point(|other| other.0 >= common);
         if place < THIRDS {
             best.insert(place, (common, k));
             best.truncate(THIRDS);
         }
-    }
+    });
     best.iter().map(|&(_, k)| [i, j, k as u32]).collect()
 }
 
