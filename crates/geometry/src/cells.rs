@@ -49,6 +49,7 @@ impl Cells {
     }
 
     /// Positions of the points, by cell.
+    #[inline]
     #[must_use]
     pub fn order(&self) -> &[u32] {
         &self.order
@@ -87,6 +88,7 @@ impl Cells {
     }
 
     /// Runs of the order, ascending, that hold all points within `radius` (data units) of a place, and others.
+    #[inline]
     pub fn runs(&self, centre: &Point, radius: f64) -> impl Iterator<Item = Range<usize>> + '_ {
         let Grid { side, size, .. } = self.grid;
         let place = self.grid.place(centre);

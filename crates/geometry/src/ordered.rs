@@ -38,12 +38,14 @@ impl OrderedPoints {
     }
 
     /// Who is where, and which places are near.
+    #[inline]
     #[must_use]
     pub fn cells(&self) -> &Cells {
         &self.cells
     }
 
     /// All x, all y and all z, in order.
+    #[inline]
     #[must_use]
     pub fn columns(&self) -> &[Vec<f32>; 3] {
         &self.columns
