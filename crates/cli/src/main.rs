@@ -13,6 +13,7 @@ mod guess;
 mod layers;
 mod output;
 mod progress;
+mod reasons;
 mod reconstruct;
 mod result;
 mod rows;

@@ -1,5 +1,6 @@
 //! A registration as JSON and as a summary for people.
 
+use crate::reasons::Reasons;
 use congruent_geometry::{Length, to_rows};
 use congruent_pipeline::{Pair, PipelineConfig, Registration};
 use serde::{Deserialize, Serialize};
@@ -35,6 +36,8 @@ pub(crate) struct Report {
     uncertainty: Option<Uncertainty>,
     /// How the two surfaces lie on each other under the pose.
     agreement: Option<Agreement>,
+    /// What speaks for the answer and what against it, where the surfaces were looked at.
+    reasons: Option<Reasons>,
     counts: Counts,
     /// Mean distance between neighbouring points: of the scans as they came, and of the sampled clouds (`pr`).
     resolution: Resolution,
@@ -173,6 +176,7 @@ impl Report {
                 occlusion: a.occlusion,
                 disagreeing: a.disagreeing,
             }),
+            reasons: Reasons::of(registration),
             counts: Counts::from(&registration.counts),
             resolution: Resolution { raw: registration.raw_resolution, sampled: registration.resolution },
             lengths: resolved_lengths(config, registration),
@@ -204,17 +208,10 @@ impl Report {
             "correspondences",
             format!("{}, {} of them inliers; {} poses looked at", c.correspondences, c.inliers, c.poses),
         );
-        if let Some(a) = &self.agreement {
-            let residual = a.residual_pr.map_or(String::new(), |r| format!(", {r:.2} pr apart where they touch"));
-            let against = 100.0 * (a.hover + a.occlusion);
-            line(
-                "surfaces",
-                format!(
-                    "{:.0} % overlap{residual}, {against:.1} % contradicts (score {:.3})",
-                    100.0 * a.overlap,
-                    a.score
-                ),
-            );
+        if let Some(reasons) = &self.reasons {
+            let all = |phrases: &[String]| if phrases.is_empty() { "nothing".to_owned() } else { phrases.join("; ") };
+            line("for it", all(&reasons.pro));
+            line("against it", all(&reasons.against));
         }
         if let Some(known) = &self.uncertainty {
             let but = match known.free_directions.len() {

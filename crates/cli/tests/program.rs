@@ -69,6 +69,7 @@ fn shape_of(value: &serde_json::Value) -> serde_json::Value {
         Value::Array(items) => Value::Array(items.iter().map(shape_of).collect()),
         Value::Number(_) => "number".into(),
         Value::String(text) if text.contains(std::path::MAIN_SEPARATOR) => "path".into(),
+        Value::String(text) if text.contains(|c: char| c.is_ascii_digit()) => "text with figures".into(),
         other => other.clone(),
     }
 }

@@ -53,7 +53,7 @@ pub enum Failure {
     },
     /// The surfaces do not lie on each other well enough.
     #[error(
-        "the best pose found is believed to {:.0} %, {:.0} % is needed: the scans overlap by {:.0} %, {residual:.2} pr apart where they do, {:.1} % of the points contradict, {inliers} correspondences agree; more overlap or a viewpoint may help",
+        "the best pose found is believed to {:.0} %, {:.0} % is needed: the scans overlap by {:.0} %, {residual:.2} pr apart where they do, {:.1} % of the points contradict, {inliers} correspondences agree; more overlap, a viewpoint or a rough pose to start from may help",
         100.0 * .confidence, 100.0 * .needed, 100.0 * .overlap, 100.0 * .contradictions
     )]
     PoorFit {

@@ -12,7 +12,7 @@ use congruent_io::read_scan;
 use congruent_keypoints::{Detector, HarrisConfig, IssConfig};
 use congruent_matching::nearest_k;
 use congruent_metrics::{InlierCount, Metric, Summed};
-use congruent_refinement::{Freedom, PointToPlane, Refiner, Schedule};
+use congruent_refinement::{Freedom, Gicp, PointToPlane, Refiner, Schedule};
 use nalgebra::Vector3;
 use std::fmt;
 
@@ -24,6 +24,8 @@ const TRIALS: u64 = 10_000;
 const THRESHOLD: f64 = 7.5;
 /// Iterations of ICP: all of them, however early it converges.
 const ICP_ITERATIONS: usize = 20;
+/// Variance of a disc along its normal, as in small_gicp.
+const FLATNESS: f64 = 1e-3;
 /// The compatibility graph of `default`, resolution 1.
 const COMPATIBLE: Compatibility = Compatibility { tolerance: 4.0, min_distance: 8.0, max_angle: 0.45, max_cosine: 0.4 };
 /// Pivots of `default`.
@@ -68,7 +70,8 @@ pub(crate) const STAGES: &[Stage] = &[
     Stage { name: "fit-three", run: fits },
     Stage { name: "ransac", run: ransac },
     Stage { name: "pivots", run: pivots },
-    Stage { name: "icp-plane", run: icp },
+    Stage { name: "icp-plane", run: |i| refined(i, |schedule| Box::new(PointToPlane { schedule })) },
+    Stage { name: "gicp", run: |i| refined(i, |schedule| Box::new(Gicp { schedule, flatness: FLATNESS })) },
 ];
 
 fn normals(inputs: &Inputs) -> usize {
@@ -133,9 +136,10 @@ fn pivots(inputs: &Inputs) -> usize {
     sample(&generator, &Summed(InlierCount::new(THRESHOLD)), &inputs.graph_evidence, 1).len()
 }
 
-fn icp(inputs: &Inputs) -> usize {
+/// What `refiner` makes of the two halves of the scan, one put off.
+fn refined(inputs: &Inputs, refiner: fn(Schedule) -> Box<dyn Refiner>) -> usize {
     let pr = inputs.pr();
-    let settings = Schedule {
+    let schedule = Schedule {
         start_radius: 6.0 * pr,
         end_radius: 6.0 * pr,
         rounds: ICP_ITERATIONS,
@@ -146,5 +150,5 @@ fn icp(inputs: &Inputs) -> usize {
         freedom: Freedom::All,
     };
     let start = RigidTransform::new(Vector3::new(2.0 * pr, -pr, pr), Vector3::new(0.01, -0.02, 0.01));
-    PointToPlane { schedule: settings }.refine(&inputs.moving, &inputs.fixed, &start).n_pairs
+    refiner(schedule).refine(&inputs.moving, &inputs.fixed, &start).n_pairs
 }

@@ -1,0 +1,85 @@
+//! What speaks for an answer, and what against it, in words and figures.
+
+use congruent_pipeline::{Predictors, Registration};
+use serde::Serialize;
+
+/// Borders between for and against. They choose words only: the confidence weighs the figures themselves.
+const MUCH_OVERLAP: f64 = 0.15;
+const CLOSE_PR: f64 = 0.5;
+const FEW_CONTRADICTIONS: f64 = 0.005;
+const FEW_DISAGREEING: f64 = 0.02;
+const FAR_BEHIND: f64 = 0.5;
+const UNLIKELY: f64 = -3.0;
+const FIRM: f64 = 0.02;
+
+/// Phrases, each with its figure.
+#[derive(Debug, Default, PartialEq, Serialize)]
+pub(crate) struct Reasons {
+    #[serde(rename = "for")]
+    pub(crate) pro: Vec<String>,
+    pub(crate) against: Vec<String>,
+}
+
+impl Reasons {
+    /// Nothing where the surfaces were not looked at.
+    pub(crate) fn of(registration: &Registration) -> Option<Reasons> {
+        let matches = registration.counts.correspondences;
+        registration.predictors.map(|measured| Reasons::new(&measured, registration.counts.inliers, matches))
+    }
+
+    fn new(measured: &Predictors, inliers: usize, matches: usize) -> Reasons {
+        let mut reasons = Reasons::default();
+        let mut say = |is_good: bool, phrase: String| {
+            let side = if is_good { &mut reasons.pro } else { &mut reasons.against };
+            side.push(phrase);
+        };
+        let Predictors { overlap, residual_pr, contradictions, disagreeing, runner_up, .. } = *measured;
+        say(overlap >= MUCH_OVERLAP, format!("{:.0} % of the surfaces touch", 100.0 * overlap));
+        say(residual_pr <= CLOSE_PR, format!("{residual_pr:.2} pr apart where they do"));
+        let hang = format!("{:.1} % of the points hang where the other scanner saw through", 100.0 * contradictions);
+        say(contradictions <= FEW_CONTRADICTIONS, hang);
+        say(disagreeing <= FEW_DISAGREEING, format!("{:.1} % touch with normals that disagree", 100.0 * disagreeing));
+        say(runner_up <= FAR_BEHIND, format!("the best really different pose scores {:.0} % of it", 100.0 * runner_up));
+        let powers = measured.log10_false_alarms;
+        let chance = format!("{inliers} of {matches} correspondences agree (by chance: with 10^{powers:.0} poses)");
+        say(powers <= UNLIKELY, chance);
+        let firm = measured.stiffness >= FIRM;
+        let held = if firm { "held in every direction" } else { "hardly held in one direction" };
+        say(firm, format!("{held} (stiffness {:.3})", measured.stiffness));
+        reasons
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn good_figures_speak_for_an_answer_and_bad_ones_against() {
+        let good = Predictors {
+            score: 0.6,
+            overlap: 0.7,
+            residual_pr: 0.1,
+            contradictions: 0.001,
+            disagreeing: 0.0,
+            runner_up: 0.1,
+            log10_false_alarms: -250.0,
+            stiffness: 0.05,
+        };
+        let reasons = Reasons::new(&good, 404, 820);
+        assert!(reasons.against.is_empty() && reasons.pro.len() == 7, "{reasons:?}");
+        assert_eq!(reasons.pro[5], "404 of 820 correspondences agree (by chance: with 10^-250 poses)");
+        let bad = Predictors {
+            score: 0.01,
+            overlap: 0.05,
+            residual_pr: 1.2,
+            contradictions: 0.05,
+            disagreeing: 0.1,
+            runner_up: 0.95,
+            log10_false_alarms: 2.0,
+            stiffness: 0.001,
+        };
+        let reasons = Reasons::new(&bad, 5, 300);
+        assert!(reasons.pro.is_empty() && reasons.against.len() == 7, "{reasons:?}");
+    }
+}
