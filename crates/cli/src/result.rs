@@ -209,9 +209,11 @@ impl Report {
             format!("{}, {} of them inliers; {} poses looked at", c.correspondences, c.inliers, c.poses),
         );
         if let Some(reasons) = &self.reasons {
-            let all = |phrases: &[String]| if phrases.is_empty() { "nothing".to_owned() } else { phrases.join("; ") };
-            line("for it", all(&reasons.pro));
-            line("against it", all(&reasons.against));
+            for (label, phrases) in [("for it", &reasons.pro), ("against it", &reasons.against)] {
+                let first = phrases.first().map_or("nothing", String::as_str);
+                line(label, first.to_owned());
+                phrases.iter().skip(1).for_each(|phrase| line("", phrase.clone()));
+            }
         }
         if let Some(known) = &self.uncertainty {
             let but = match known.free_directions.len() {
