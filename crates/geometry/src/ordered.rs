@@ -7,7 +7,7 @@ use std::ops::Range;
 const MAX_CROWDING: f64 = 40.0;
 /// A radius that held too few points grows by this factor …
 const GROWTH: f64 = 1.5;
-/// … up to so many cells; then everything is looked at.
+/// … up to so many times what it was; then everything is looked at.
 const MAX_GROWN: f64 = 100.0;
 
 /// Points sorted by the cells of a grid. Positions are places in that order; [`Cells::order`] says whose they are.
@@ -73,20 +73,13 @@ impl OrderedPoints {
     }
 
     fn nearest_in_reach(&self, query: &Point, reach: f64) -> Option<Neighbor> {
-        let mut limit = reach as f32 * reach as f32;
-        let mut best = None;
-        self.cells.around(query, reach, |run| {
-            let start = run.start;
-            let columns = self.columns.each_ref().map(|column| &column[run.clone()]);
-            for place in 0..run.len() {
-                let away = distance_sq(&columns.map(|column| column[place]), query);
-                // The rim belongs to the ball; after that only a nearer one counts.
-                if away < limit || (best.is_none() && away == limit) {
-                    (limit, best) = (away, Some(start + place));
-                }
+        let mut best: Option<(f32, usize)> = None;
+        self.within(query, reach, |place, away| {
+            if best.is_none_or(|(nearest, _)| away < nearest) {
+                best = Some((away, place));
             }
         });
-        best.map(|place| Neighbor { index: self.cells.order()[place], distance_sq: limit })
+        best.map(|(distance_sq, place)| Neighbor { index: self.cells.order()[place], distance_sq })
     }
 
     /// Visits every point at most `radius` away (inclusive), by its place in the order, ascending, and its squared distance.
@@ -108,15 +101,13 @@ impl OrderedPoints {
     /// first in the order. `guess` is a radius (data units) that holds about so many; `found` is used again.
     pub fn nearest_n(&self, query: &Point, k: usize, guess: f64, found: &mut Vec<u64>) {
         let k = k.min(self.cells.order().len());
-        let mut reach = if guess > 0.0 { guess } else { self.side };
-        loop {
+        for reach in growing(if guess > 0.0 { guess } else { self.side }) {
             found.clear();
             // A distance is not negative, so its bits ascend with it; equal ones are told apart by their places.
             self.within(query, reach, |place, away| found.push(u64::from(away.to_bits()) << 32 | place as u64));
-            if found.len() >= k || !reach.is_finite() {
+            if found.len() >= k {
                 break;
             }
-            reach = if reach < self.side * MAX_GROWN { reach * GROWTH } else { f64::INFINITY };
         }
         if found.len() > k && k > 0 {
             found.select_nth_unstable(k - 1);
@@ -138,6 +129,12 @@ impl OrderedPoints {
         let pairs: f64 = self.cells.members().map(|members: Range<usize>| (members.len() as f64).powi(2)).sum();
         pairs / (self.cells.order().len().max(1) as f64)
     }
+}
+
+/// Radii to look within until enough is found; the last one is infinite.
+pub(crate) fn growing(first: f64) -> impl Iterator<Item = f64> {
+    let wider = move |radius: &f64| if *radius < MAX_GROWN * first { GROWTH * radius } else { f64::INFINITY };
+    std::iter::successors(Some(first), move |radius| radius.is_finite().then(|| wider(radius)))
 }
 
 #[inline]

@@ -1,6 +1,7 @@
 //! The resolution of a cloud, `pr`: the length all other lengths are measured in.
 
 use crate::few_neighbors::nearest_others_sq;
+use crate::ordered::growing;
 use crate::random::Stream;
 use crate::{NeighborIndex, OrderedPoints, Point};
 use rayon::prelude::*;
@@ -32,7 +33,8 @@ pub fn resolution(points: &[Point], index: &NeighborIndex) -> Option<Resolution>
 #[must_use]
 pub fn resolution_at(points: &[Point], index: &NeighborIndex, queries: usize) -> Option<Resolution> {
     let asked = drawn(points.len(), queries);
-    let distances: Vec<f64> = match Spaced::new(points, index).filter(|_| 2 * asked.len() >= points.len()) {
+    let spaced = if 2 * asked.len() >= points.len() { Spaced::new(points, index) } else { None };
+    let distances: Vec<f64> = match spaced {
         Some(spaced) => asked.par_iter().filter_map(|&i| spaced.nearest_other(&points[i as usize])).collect(),
         None => asked.par_iter().filter_map(|&i| nearest_other(points, index, i)).collect(),
     };
@@ -72,10 +74,6 @@ fn nearest_other(points: &[Point], index: &NeighborIndex, i: u32) -> Option<f64>
 const GUESSED_AT: usize = 64;
 const GUESS: f64 = 1.5;
 
-/// Where nothing is that near, it grows by this factor, so many times; then everything is looked at.
-const GROWTH: f64 = 2.0;
-const MAX_GROWN: f64 = 100.0;
-
 /// A cloud sorted into cells about as wide as its points are apart.
 struct Spaced {
     ordered: OrderedPoints,
@@ -94,22 +92,15 @@ impl Spaced {
 
     /// The point itself is the nearest.
     fn nearest_other(&self, point: &Point) -> Option<f64> {
-        let mut reach = self.guess;
-        loop {
+        growing(self.guess).find_map(|reach| {
             let (mut first, mut second) = (f32::INFINITY, f32::INFINITY);
             self.ordered.within(point, reach, |_, away| {
                 if away < second {
                     (first, second) = (first.min(away), first.max(away));
                 }
             });
-            if second.is_finite() {
-                return Some(f64::from(second).sqrt());
-            }
-            if !reach.is_finite() {
-                return None;
-            }
-            reach = if reach < MAX_GROWN * self.guess { GROWTH * reach } else { f64::INFINITY };
-        }
+            second.is_finite().then(|| f64::from(second).sqrt())
+        })
     }
 }
 
