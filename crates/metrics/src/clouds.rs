@@ -28,9 +28,7 @@ pub enum Density {
 /// Points of the source and neighbours in the target, thinned or not.
 pub(crate) struct CloudPair<'a> {
     source: Points<'a>,
-    target: Index<'a>,
-    /// Of the target; nothing where every distance counts.
-    vicinity: Option<Vicinity>,
+    target: Nearest<'a>,
 }
 
 enum Points<'a> {
@@ -38,7 +36,10 @@ enum Points<'a> {
     Own(Vec<Point>),
 }
 
-enum Index<'a> {
+/// Where the nearest point of the target is looked up.
+enum Nearest<'a> {
+    /// Where distances matter up to a reach only.
+    Table(Vicinity),
     Lent(&'a NeighborIndex),
     Own(NeighborIndex),
 }
@@ -48,20 +49,18 @@ impl<'a> CloudPair<'a> {
     pub(crate) fn new(clouds: Clouds<'a>, density: Density, resolution: f64, reach: f64) -> Self {
         let Clouds { source, target } = clouds;
         match density {
-            Density::Full => CloudPair {
-                source: Points::Lent(source.points()),
-                target: Index::Lent(target.index()),
-                vicinity: Vicinity::new(target.points(), reach),
-            },
+            Density::Full => {
+                let table = Vicinity::new(target.points(), reach).map(Nearest::Table);
+                let target = table.unwrap_or_else(|| Nearest::Lent(target.index()));
+                CloudPair { source: Points::Lent(source.points()), target }
+            }
             Density::Thinned => {
                 let leaf = leaf(source.len()) * resolution;
                 let thinned = |surface: &Surface| voxel_centroids(surface.points(), None, leaf).points;
                 let target = thinned(target);
-                CloudPair {
-                    source: Points::Own(thinned(source)),
-                    target: Index::Own(NeighborIndex::new(&target)),
-                    vicinity: Vicinity::new(&target, reach),
-                }
+                let table = Vicinity::new(&target, reach).map(Nearest::Table);
+                let target = table.unwrap_or_else(|| Nearest::Own(NeighborIndex::new(&target)));
+                CloudPair { source: Points::Own(thinned(source)), target }
             }
         }
     }
@@ -75,19 +74,24 @@ impl<'a> CloudPair<'a> {
     /// are farther than the reach may be left out.
     pub(crate) fn distances_sq(&self, target_from_source: &RigidTransform) -> impl Iterator<Item = f32> + '_ {
         let motion = Motion::new(target_from_source);
-        let index = match &self.target {
-            Index::Lent(index) => index,
-            Index::Own(index) => index,
-        };
-        let may_count = |p: &Point| self.vicinity.as_ref().is_none_or(|vicinity| vicinity.may_be_near(p));
-        let moved = self.points().iter().map(move |p| motion.moved(p)).filter(may_count);
-        moved.filter_map(move |p| Some(index.nearest(&p)?.distance_sq))
+        self.points().iter().filter_map(move |p| self.target.distance_sq(&motion.moved(p)))
     }
 
     fn points(&self) -> &[Point] {
         match &self.source {
             Points::Lent(points) => points,
             Points::Own(points) => points,
+        }
+    }
+}
+
+impl Nearest<'_> {
+    #[inline]
+    fn distance_sq(&self, point: &Point) -> Option<f32> {
+        match self {
+            Nearest::Table(vicinity) => vicinity.nearest_sq(point),
+            Nearest::Lent(index) => Some(index.nearest(point)?.distance_sq),
+            Nearest::Own(index) => Some(index.nearest(point)?.distance_sq),
         }
     }
 }
