@@ -5,12 +5,16 @@
 
 use crate::Point;
 use crate::grid::Grid;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Cells for each point at most, so that the table is not larger than the cloud; the cells grow instead.
 const MAX_CELLS_PER_POINT: f64 = 16.0;
 /// Share of a cell by which runs reach farther than asked, so that rounding loses no point.
 const SLACK: f32 = 1e-3;
+
+/// Points that one thread takes at a time, at least.
+const POINTS_AT_A_TIME: usize = 4096;
 
 /// The order of a cloud's points by cell.
 pub struct Cells {
@@ -33,17 +37,19 @@ impl Cells {
             let place = grid.place(point);
             grid.number(std::array::from_fn(|axis| (place[axis] as usize).min(grid.size[axis] - 1)))
         };
-        let cells: Vec<usize> = points.iter().map(cell).collect();
+        let cells: Vec<u32> =
+            points.par_iter().with_min_len(POINTS_AT_A_TIME).map(|point| cell(point) as u32).collect();
         let mut starts = vec![0u32; grid.n_cells() + 1];
-        cells.iter().for_each(|&cell| starts[cell + 1] += 1);
+        cells.iter().for_each(|&cell| starts[cell as usize + 1] += 1);
         for i in 1..starts.len() {
             starts[i] += starts[i - 1];
         }
         let mut next = starts.clone();
         let mut order = vec![0; points.len()];
         for (number, &cell) in (0..n).zip(&cells) {
-            order[next[cell] as usize] = number;
-            next[cell] += 1;
+            let next = &mut next[cell as usize];
+            order[*next as usize] = number;
+            *next += 1;
         }
         Cells { grid, starts, order }
     }
@@ -58,6 +64,32 @@ impl Cells {
     /// The places of each cell's points in the order; empty cells too.
     pub(crate) fn members(&self) -> impl Iterator<Item = Range<usize>> + '_ {
         self.starts.windows(2).map(|ends| ends[0] as usize..ends[1] as usize)
+    }
+
+    /// Numbers of the rows of cells along x that hold points, ascending.
+    pub(crate) fn occupied_rows(&self) -> impl Iterator<Item = usize> + '_ {
+        let along = self.grid.size[0].max(1);
+        (0..self.grid.n_cells() / along).filter(move |row| self.starts[row * along] < self.starts[(row + 1) * along])
+    }
+
+    /// Visits the cells of a row that hold points: the places of theirs in the order, and the runs of the cells around, of
+    /// which some are empty.
+    pub(crate) fn row_blocks(&self, row: usize, mut visit: impl FnMut(Range<usize>, &[Range<usize>])) {
+        let [along, ny, nz] = self.grid.size;
+        let around = |i: usize, n: usize| i.saturating_sub(1)..(i + 2).min(n);
+        let (ys, zs) = (around(row % ny, ny), around(row / ny, nz));
+        let beside: Vec<usize> = zs.flat_map(|z| ys.clone().map(move |y| (z * ny + y) * along)).collect();
+        let run = |first: usize, xs: Range<usize>| {
+            self.starts[first + xs.start] as usize..self.starts[first + xs.end] as usize
+        };
+        let mut runs = vec![0..0; beside.len()];
+        for x in 0..along {
+            let members = run(row * along, x..x + 1);
+            if !members.is_empty() {
+                runs.iter_mut().zip(&beside).for_each(|(own, &first)| *own = run(first, around(x, along)));
+                visit(members, &runs);
+            }
+        }
     }
 
     /// Visits the runs of the order, ascending, that hold all points within `radius` (data units) of a place: those of the

@@ -3,6 +3,7 @@
 //! A [`RawScan`] is what a file says. [`Scan::new`] cleans and centres it. A [`Surface`] adds unit normals, a
 //! neighbour index and the resolution, which is what detectors and descriptors work on.
 
+mod blocks;
 mod cells;
 mod eigen;
 mod few_neighbors;

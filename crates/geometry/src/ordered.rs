@@ -27,7 +27,8 @@ impl OrderedPoints {
     pub fn new(points: &[Point], side: f64) -> Self {
         let cells = Cells::new(points, side);
         let column = |axis: usize| cells.order().iter().map(|&i| points[i as usize][axis]).collect();
-        OrderedPoints { columns: std::array::from_fn(column), cells, side }
+        let (x, (y, z)) = rayon::join(|| column(0), || rayon::join(|| column(1), || column(2)));
+        OrderedPoints { columns: [x, y, z], cells, side }
     }
 
     /// The same, or nothing where points crowd so that a tree finds neighbours faster, or where there is no side.
@@ -102,9 +103,7 @@ impl OrderedPoints {
     pub fn nearest_n(&self, query: &Point, k: usize, guess: f64, found: &mut Vec<u64>) {
         let k = k.min(self.cells.order().len());
         for reach in growing(if guess > 0.0 { guess } else { self.side }) {
-            found.clear();
-            // A distance is not negative, so its bits ascend with it; equal ones are told apart by their places.
-            self.within(query, reach, |place, away| found.push(u64::from(away.to_bits()) << 32 | place as u64));
+            self.keys_within(query, reach, found);
             if found.len() >= k {
                 break;
             }
@@ -114,6 +113,26 @@ impl OrderedPoints {
         }
         found.truncate(k);
         found.iter_mut().for_each(|found| *found &= u64::from(u32::MAX));
+    }
+
+    /// Distance and place of every point at most `radius` away, as numbers in the order of the distances, then of the places: a
+    /// distance is not negative, so its bits ascend with it.
+    fn keys_within(&self, query: &Point, radius: f64, keys: &mut Vec<u64>) {
+        let limit = radius as f32 * radius as f32;
+        let mut n = 0;
+        self.cells.around(query, radius, |run| {
+            if keys.len() < n + run.len() {
+                keys.resize(n + run.len(), 0);
+            }
+            let columns = self.columns.each_ref().map(|column| &column[run.clone()]);
+            for (i, place) in run.enumerate() {
+                let away = distance_sq(&columns.map(|column| column[i]), query);
+                // Written in any case and kept if near: a branch would go either way as often.
+                keys[n] = u64::from(away.to_bits()) << 32 | place as u64;
+                n += usize::from(away <= limit);
+            }
+        });
+        keys.truncate(n);
     }
 
     /// Whether at least `count` points lie within `radius` (inclusive).

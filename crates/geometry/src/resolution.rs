@@ -1,10 +1,13 @@
 //! The resolution of a cloud, `pr`: the length all other lengths are measured in.
 
+use crate::blocks::{Column, LANES};
 use crate::few_neighbors::nearest_others_sq;
 use crate::ordered::growing;
 use crate::random::Stream;
 use crate::{NeighborIndex, OrderedPoints, Point};
+use multiversion::multiversion;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Clouds up to this size are measured at every point.
 const EXACT_UP_TO: usize = 200_000;
@@ -35,7 +38,7 @@ pub fn resolution_at(points: &[Point], index: &NeighborIndex, queries: usize) ->
     let asked = drawn(points.len(), queries);
     let spaced = if 2 * asked.len() >= points.len() { Spaced::new(points, index) } else { None };
     let distances: Vec<f64> = match spaced {
-        Some(spaced) => asked.par_iter().filter_map(|&i| spaced.nearest_other(&points[i as usize])).collect(),
+        Some(spaced) => spaced.nearest_others(&asked),
         None => asked.par_iter().filter_map(|&i| nearest_other(points, index, i)).collect(),
     };
     mean(&distances, points.len() <= queries)
@@ -70,14 +73,16 @@ fn nearest_other(points: &[Point], index: &NeighborIndex, i: u32) -> Option<f64>
     two.get(1).map(|second| f64::from(second.distance_sq).sqrt())
 }
 
-/// Points at which the distance between neighbours is guessed; what is looked through is so many times as far.
+/// Points at which the distance between neighbours is guessed; a cell is so many times as wide.
 const GUESSED_AT: usize = 64;
-const GUESS: f64 = 1.5;
+const SIDE: f64 = 4.5;
+/// Share of the square of a cell's side below which nothing near can be outside a block, however numbers are rounded.
+const WITHIN: f64 = 0.998;
 
-/// A cloud sorted into cells about as wide as its points are apart.
+/// A cloud sorted into cells that are wider than its points are apart.
 struct Spaced {
     ordered: OrderedPoints,
-    guess: f64,
+    side: f64,
 }
 
 impl Spaced {
@@ -86,22 +91,80 @@ impl Spaced {
         let some = (0..points.len() as u32).step_by(points.len().div_ceil(GUESSED_AT).max(1));
         let mut distances: Vec<f64> = some.filter_map(|i| nearest_other(points, index, i)).collect();
         distances.sort_by(f64::total_cmp);
-        let guess = GUESS * distances.get(distances.len() / 2)?;
-        Some(Spaced { ordered: OrderedPoints::unless_crowded(points, guess)?, guess })
+        let side = SIDE * distances.get(distances.len() / 2)?;
+        Some(Spaced { ordered: OrderedPoints::unless_crowded(points, side)?, side })
     }
 
-    /// The point itself is the nearest.
-    fn nearest_other(&self, point: &Point) -> Option<f64> {
-        growing(self.guess).find_map(|reach| {
+    /// Distances from the points asked (positions) to their nearest other points, in their order.
+    fn nearest_others(&self, asked: &[u32]) -> Vec<f64> {
+        // What is farther than a cell is wide may not be in the block.
+        let within = (WITHIN * self.side * self.side) as f32;
+        let nearest_sq = self.ordered.each_block(|members, block, nearest_sq| {
+            second_nearest_sq(members.clone(), self.ordered.columns(), block.columns(), nearest_sq);
+            let new = nearest_sq.len() - members.len();
+            for (found, place) in nearest_sq[new..].iter_mut().zip(members).filter(|(found, _)| **found > within) {
+                *found = self.far_other_sq(place);
+            }
+        });
+        let mut of_point = vec![f32::INFINITY; nearest_sq.len()];
+        self.ordered.cells().order().iter().zip(nearest_sq).for_each(|(&i, found)| of_point[i as usize] = found);
+        let found = asked.iter().map(|&i| of_point[i as usize]).filter(|found| found.is_finite());
+        found.map(|found| f64::from(found).sqrt()).collect()
+    }
+
+    /// The point itself is the nearest; infinite where there is no other.
+    fn far_other_sq(&self, place: usize) -> f32 {
+        let point = self.ordered.point(place);
+        let found = growing(self.side).find_map(|reach| {
             let (mut first, mut second) = (f32::INFINITY, f32::INFINITY);
-            self.ordered.within(point, reach, |_, away| {
+            self.ordered.within(&point, reach, |_, away| {
                 if away < second {
                     (first, second) = (first.min(away), first.max(away));
                 }
             });
-            second.is_finite().then(|| f64::from(second).sqrt())
-        })
+            second.is_finite().then_some(second)
+        });
+        found.unwrap_or(f32::INFINITY)
     }
+}
+
+/// For each member of a cell the squared distance to the second nearest point of its block: the nearest is itself.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+fn second_nearest_sq(members: Range<usize>, all: &[Vec<f32>; 3], block: [Column<'_>; 3], out: &mut Vec<f32>) {
+    let [xs, ys, zs] = block;
+    for place in members {
+        let [x, y, z] = [all[0][place], all[1][place], all[2][place]];
+        let (mut first, mut second) = ([f32::INFINITY; LANES], [f32::INFINITY; LANES]);
+        for ((xs, ys), zs) in xs.iter().zip(ys).zip(zs) {
+            for lane in 0..LANES {
+                let (dx, dy, dz) = (xs[lane] - x, ys[lane] - y, zs[lane] - z);
+                let away = dx * dx + dy * dy + dz * dz;
+                second[lane] = lesser(greater(away, first[lane]), second[lane]);
+                first[lane] = lesser(away, first[lane]);
+            }
+        }
+        let mut width = LANES / 2;
+        while width > 0 {
+            for lane in 0..width {
+                let (a, b) = (first[lane], first[lane + width]);
+                second[lane] = lesser(greater(a, b), lesser(second[lane], second[lane + width]));
+                first[lane] = lesser(a, b);
+            }
+            width /= 2;
+        }
+        out.push(second[0]);
+    }
+}
+
+/// Of two numbers of which none is NaN: one instruction each.
+#[inline(always)]
+fn lesser(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+fn greater(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
 }
 
 #[cfg(test)]
@@ -142,6 +205,17 @@ mod tests {
             let sampled = resolution_sampled(&points, queries).unwrap();
             assert!((by_index.mean - sampled.mean).abs() < 1e-6 * by_index.mean);
         }
+    }
+
+    #[test]
+    fn a_cloud_of_strays_is_measured_as_the_tree_measures_it() {
+        let mut stream = Stream::new(5, 1);
+        let mut points: Vec<Point> =
+            (0..3000).map(|_| [stream.between(0.0, 30.0) as f32, stream.between(0.0, 30.0) as f32, 0.0]).collect();
+        points.extend((0..60).map(|i| [40.0 + 9.0 * i as f32, 80.0, -3.0 * i as f32]));
+        let index = NeighborIndex::new(&points);
+        let by_tree: Vec<f64> = (0..points.len() as u32).filter_map(|i| nearest_other(&points, &index, i)).collect();
+        assert_eq!(resolution(&points, &index), mean(&by_tree, true));
     }
 
     #[test]

@@ -70,28 +70,22 @@ impl<'a> CloudPair<'a> {
         self.points().len()
     }
 
-    /// Squared distance from each moved source point to the nearest target point; none for an empty target. Points that
-    /// are farther than the reach may be left out.
-    pub(crate) fn distances_sq(&self, target_from_source: &RigidTransform) -> impl Iterator<Item = f32> + '_ {
+    /// Visits the squared distance from each moved source point to the nearest target point, in order; nothing for an empty
+    /// target. Points that are farther than the reach may be left out.
+    pub(crate) fn each_distance_sq(&self, target_from_source: &RigidTransform, mut visit: impl FnMut(f32)) {
         let motion = Motion::new(target_from_source);
-        self.points().iter().filter_map(move |p| self.target.distance_sq(&motion.moved(p)))
+        let moved = self.points().iter().map(|p| motion.moved(p));
+        match &self.target {
+            Nearest::Table(vicinity) => vicinity.each_nearest_sq(moved, visit),
+            Nearest::Lent(index) => moved.filter_map(|p| index.nearest(&p)).for_each(|found| visit(found.distance_sq)),
+            Nearest::Own(index) => moved.filter_map(|p| index.nearest(&p)).for_each(|found| visit(found.distance_sq)),
+        }
     }
 
     fn points(&self) -> &[Point] {
         match &self.source {
             Points::Lent(points) => points,
             Points::Own(points) => points,
-        }
-    }
-}
-
-impl Nearest<'_> {
-    #[inline]
-    fn distance_sq(&self, point: &Point) -> Option<f32> {
-        match self {
-            Nearest::Table(vicinity) => vicinity.nearest_sq(point),
-            Nearest::Lent(index) => Some(index.nearest(point)?.distance_sq),
-            Nearest::Own(index) => Some(index.nearest(point)?.distance_sq),
         }
     }
 }
@@ -112,6 +106,13 @@ pub(crate) mod tests {
         let index = NeighborIndex::new(&points);
         let normals = vec![[0.0, 0.0, 1.0]; points.len()];
         Surface::new(points, normals, index, 1.0)
+    }
+
+    /// All distances.
+    fn distances_sq(pair: &CloudPair<'_>, pose: &RigidTransform) -> Vec<f32> {
+        let mut distances = Vec::new();
+        pair.each_distance_sq(pose, |d| distances.push(d));
+        distances
     }
 
     /// Points anywhere in a box of side 100.
@@ -135,7 +136,7 @@ pub(crate) mod tests {
         let pose = RigidTransform::new(nalgebra::Vector3::new(3.0, -1.0, 2.0), nalgebra::Vector3::new(0.1, 0.2, -0.3));
         let pair = CloudPair::new(Clouds { source: &source, target: &target }, Density::Full, 1.0, f64::INFINITY);
         let moved = |p: &Point| (pose * nalgebra::Point3::from(congruent_geometry::wide(*p))).coords;
-        for (p, found) in source.points().iter().zip(pair.distances_sq(&pose)) {
+        for (p, found) in source.points().iter().zip(distances_sq(&pair, &pose)) {
             let to = |q: &Point| (congruent_geometry::wide(*q) - moved(p)).norm_squared();
             let expected = target.points().iter().map(to).fold(f64::INFINITY, f64::min);
             assert!((f64::from(found) - expected).abs() < 1e-3 * (1.0 + expected));
@@ -149,9 +150,13 @@ pub(crate) mod tests {
         let pair = |reach| CloudPair::new(clouds, Density::Full, 1.0, reach);
         for x in [0.0, 20.0, 90.0] {
             let pose = RigidTransform::translation(x, 3.0, -2.0);
-            let within = |pair: CloudPair<'_>| pair.distances_sq(&pose).filter(|d| *d < 49.0).collect::<Vec<_>>();
+            let within = |pair: CloudPair<'_>| {
+                let mut near = distances_sq(&pair, &pose);
+                near.retain(|d| *d < 49.0);
+                near
+            };
             assert_eq!(within(pair(7.0)), within(pair(f64::INFINITY)));
-            assert!(pair(7.0).distances_sq(&pose).count() < 380);
+            assert!(distances_sq(&pair(7.0), &pose).len() < 380);
         }
     }
 
@@ -166,13 +171,13 @@ pub(crate) mod tests {
         assert_eq!(full.len(), 6_000);
         // Voxels of side 10 in a box of side 100.
         assert!(thin.len() <= 11 * 11 * 11 && thin.len() >= 900, "{}", thin.len());
-        assert!(thin.distances_sq(&RigidTransform::identity()).all(|d| d < 1e-6));
+        assert!(distances_sq(&thin, &RigidTransform::identity()).iter().all(|d| *d < 1e-6));
     }
 
     #[test]
     fn an_empty_target_gives_no_distance() {
         let (cloud, none) = (surface(scatter(10, 4)), surface(vec![]));
         let pair = CloudPair::new(Clouds { source: &cloud, target: &none }, Density::Thinned, 1.0, f64::INFINITY);
-        assert_eq!(pair.distances_sq(&RigidTransform::identity()).count(), 0);
+        assert!(distances_sq(&pair, &RigidTransform::identity()).is_empty());
     }
 }

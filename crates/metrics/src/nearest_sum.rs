@@ -24,9 +24,9 @@ impl<'a, K: Kernel> NearestSum<'a, K> {
 
 impl<K: Kernel> Metric for NearestSum<'_, K> {
     fn score(&self, _: &Evidence, target_from_source: &RigidTransform) -> Score {
-        let gain = |distance_sq| f64::from(self.kernel.gain(distance_sq));
-        // Folded from zero: the sum of no floats would be a negative zero.
-        Score::new(self.clouds.distances_sq(target_from_source).fold(0.0, |sum, d| sum + gain(d)))
+        let mut sum = 0.0;
+        self.clouds.each_distance_sq(target_from_source, |d| sum += f64::from(self.kernel.gain(d)));
+        Score::new(sum)
     }
 
     fn weight(&self, _: f64) -> f64 {

@@ -42,8 +42,13 @@ impl<'a> PointDistance<'a> {
 
 impl Metric for PointDistance<'_> {
     fn score(&self, _: &Evidence, target_from_source: &RigidTransform) -> Score {
-        let near = self.clouds.distances_sq(target_from_source).filter(|&d| d < self.max_distance_sq);
-        let (count, sum) = near.fold((0usize, 0.0), |(n, sum), d| (n + 1, sum + f64::from(d).sqrt()));
+        let (mut count, mut sum) = (0usize, 0.0);
+        self.clouds.each_distance_sq(target_from_source, |d| {
+            if d < self.max_distance_sq {
+                count += 1;
+                sum += f64::from(d).sqrt();
+            }
+        });
         let enough = count as f64 > MIN_NEAR_SHARE * self.clouds.len() as f64;
         if enough { Score::new(-sum / count as f64) } else { Score::WORST }
     }

@@ -16,6 +16,9 @@ const MARGIN: f64 = 1e-3;
 /// … or that far for each cell along the longest side.
 const MARGIN_PER_CELL: f64 = 1e-6;
 
+/// Queries that are worked on side by side.
+const BLOCK: usize = 64;
+
 /// The cells that hold all places within reach of a cloud, with the points that can be the nearest in each.
 pub(crate) struct Vicinity {
     grid: Grid,
@@ -57,13 +60,25 @@ impl Vicinity {
         Some(Vicinity { grid, starts, candidates })
     }
 
-    /// Squared distance to the nearest point; nothing where none is within reach, or the distance to one a little farther.
+    /// Visits the squared distance from each query to its nearest point, in order; of queries without a point within reach
+    /// nothing, or the distance to one a little farther.
     #[inline]
-    pub(crate) fn nearest_sq(&self, query: &Point) -> Option<f32> {
-        let place = self.grid.place(query)?;
-        let candidates = &self.candidates[self.starts[place] as usize..self.starts[place + 1] as usize];
-        let (first, others) = candidates.split_first()?;
-        Some(others.iter().fold(distance_sq(first, query), |nearest, point| nearest.min(distance_sq(point, query))))
+    pub(crate) fn each_nearest_sq(&self, queries: impl Iterator<Item = Point>, mut visit: impl FnMut(f32)) {
+        // Where to look is known for many queries before the first is looked for: memory is slow, but answers many at a time.
+        let mut queries = queries.peekable();
+        let mut near: [(Range<u32>, Point); BLOCK] = std::array::from_fn(|_| (0..0, [0.0; 3]));
+        while queries.peek().is_some() {
+            let mut n = 0;
+            for query in queries.by_ref().take(BLOCK) {
+                let place = self.grid.place(&query).unwrap_or(self.starts.len() - 2);
+                near[n] = (self.starts[place]..self.starts[place + 1], query);
+                n += usize::from(!near[n].0.is_empty());
+            }
+            for (candidates, query) in &near[..n] {
+                let candidates = &self.candidates[candidates.start as usize..candidates.end as usize];
+                visit(candidates.iter().fold(f32::INFINITY, |nearest, point| nearest.min(distance_sq(point, query))));
+            }
+        }
     }
 }
 
@@ -172,6 +187,14 @@ mod tests {
         (0..n).map(|_| std::array::from_fn(|_| stream.between(-half, half) as f32)).collect()
     }
 
+    impl Vicinity {
+        fn nearest_sq(&self, query: &Point) -> Option<f32> {
+            let mut found = None;
+            self.each_nearest_sq(std::iter::once(*query), |d| found = Some(d));
+            found
+        }
+    }
+
     #[test]
     fn the_nearest_within_reach_is_found_and_most_of_the_others_are_spared() {
         for n in [1, 40, 900] {
@@ -189,8 +212,12 @@ mod tests {
         }
         let cloud = scatter(40, 50.0, 1);
         let vicinity = Vicinity::new(&cloud, 3.0).unwrap();
-        let near = scatter(20_000, 80.0, 2).iter().filter(|q| vicinity.nearest_sq(q).is_some()).count();
-        assert!(near < 1500, "{near}");
+        let queries = scatter(20_000, 80.0, 2);
+        let one_by_one: Vec<f32> = queries.iter().filter_map(|q| vicinity.nearest_sq(q)).collect();
+        let mut at_once = Vec::new();
+        vicinity.each_nearest_sq(queries.into_iter(), |d| at_once.push(d));
+        assert_eq!(at_once, one_by_one);
+        assert!((100..1500).contains(&at_once.len()), "{}", at_once.len());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The page of an evaluation: accuracy, errors, matches and verdicts over many pairs.
 
 use crate::experiment::{Figure, accuracy};
-use crate::figures::{Axis, Bars, Curve, Curves, Sample};
+use crate::figures::{Axis, Bars, Curve, Curves, Measure, Sample, round_up};
 use crate::page::{Block, Cell, Page, Table};
 use crate::pair::ending;
 use congruent_evaluation::{BANDS, D_RMSE, PairRow, Status, VERDICT_D_RMSE};
@@ -76,7 +76,7 @@ fn accuracy_over_bound(scored: &[&PairRow]) -> Curves {
     });
     let all = std::iter::once(("all", scored.to_vec())).chain(bands);
     let curves = all.filter(|(_, rows)| !rows.is_empty()).map(|(name, rows)| curve(name, rows)).collect();
-    Curves { x: Axis::Numbers("d_rmse (pr)".to_owned()), y: "accuracy, %", range: (0.0, 100.0), curves }
+    Curves { x: Axis::Numbers("d_rmse (pr)".to_owned()), y: Measure::percent("accuracy, %"), curves }
 }
 
 /// For each band of confidence that has pairs: their mean confidence, and the share of right ones.
@@ -95,7 +95,7 @@ fn confidence(scored: &[&PairRow]) -> Curves {
         Curve { name: "measured".to_owned(), samples: samples.collect() },
         Curve { name: "as believed".to_owned(), samples: diagonal.to_vec() },
     ];
-    Curves { x: Axis::Numbers("confidence".to_owned()), y: "right, %", range: (0.0, 100.0), curves }
+    Curves { x: Axis::Numbers("confidence".to_owned()), y: Measure::percent("right, %"), curves }
 }
 
 fn pairs(rows: &[PairRow]) -> Table {
@@ -134,10 +134,4 @@ fn pairs(rows: &[PairRow]) -> Table {
         .to_vec()
     };
     Table { columns: columns.map(str::to_owned).to_vec(), rows: rows.iter().map(row).collect(), sortable: true }
-}
-
-/// The next of 1, 2, 5, 10, 20, …
-fn round_up(value: f64) -> f64 {
-    let power = 10f64.powf(value.log10().floor());
-    [1.0, 2.0, 5.0, 10.0].map(|d| d * power).into_iter().find(|v| *v >= value).unwrap_or(value)
 }

@@ -1,8 +1,8 @@
 //! Results of all pairs, counted.
 
 use super::{Axis, Cell, Measured, Plan, Shows};
-use crate::csv_line;
 use crate::statistics::wilson;
+use crate::{InlierShare, csv_line};
 use std::collections::HashMap;
 
 /// All that an experiment measured, a column a cell of a data set.
@@ -20,6 +20,16 @@ pub(super) struct Column {
     pub(super) cell: Cell,
     /// What each pair gave.
     pub(super) results: Vec<Measured>,
+}
+
+impl Column {
+    fn change(&self) -> String {
+        format!("{}, {}", self.cell.variant, self.cell.nuisance)
+    }
+
+    fn is_of_the_same_matches(&self, other: &Column) -> bool {
+        self.dataset == other.dataset && self.change() == other.change()
+    }
 }
 
 /// What all pairs of a data set came to in one cell, at one bound of a right pose.
@@ -86,6 +96,23 @@ impl Tally {
         self.datasets.iter().map(|(_, pairs)| pairs).sum()
     }
 
+    /// The matches of all pairs, for each data set and each change to it; that one is named where there are several.
+    #[must_use]
+    pub fn shares(&self) -> Vec<(String, Vec<InlierShare>)> {
+        let mut shares: Vec<(&Column, Vec<InlierShare>)> = Vec::new();
+        for column in &self.columns {
+            if !shares.iter().any(|(known, _)| known.is_of_the_same_matches(column)) {
+                shares.push((column, column.results.iter().map(|m| m.share).collect()));
+            }
+        }
+        let changed = shares.iter().any(|(column, _)| column.change() != shares[0].0.change());
+        let name = |column: &Column| match changed {
+            true => format!("{}, {}", column.dataset, column.change()),
+            false => column.dataset.clone(),
+        };
+        shares.into_iter().map(|(column, shares)| (name(column), shares)).collect()
+    }
+
     /// Every cell at every bound.
     #[must_use]
     pub fn counts(&self, plan: &Plan) -> Vec<Count> {
@@ -149,7 +176,6 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::InlierShare;
     use crate::experiment::MeasuredOn;
 
     pub(crate) fn plan() -> Plan {
@@ -214,6 +240,21 @@ pub(super) mod tests {
         let last = counts.last().unwrap();
         assert_eq!((last.dataset.as_str(), last.right, last.total), ("other", 0, 1));
         assert_eq!(counts.len(), 4 * 2 + 2);
+    }
+
+    #[test]
+    fn matches_of_a_data_set_are_told_once_and_by_what_changed() {
+        let mut tally = tally();
+        tally.add("other", vec![measured("RANSAC", "MSE", 9.0)]);
+        let told = tally.shares();
+        assert_eq!(
+            told.iter().map(|(name, s)| (name.as_str(), s.len())).collect::<Vec<_>>(),
+            [("set", 4), ("other", 1)]
+        );
+        let noisy = measured("RANSAC", "MSE", 9.0);
+        let cell = Cell { nuisance: "noise".to_owned(), ..noisy.cell.clone() };
+        tally.add("other", vec![Measured { cell, ..noisy }]);
+        assert_eq!(tally.shares()[2].0, "other, v, noise");
     }
 
     #[test]

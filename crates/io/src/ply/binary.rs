@@ -1,6 +1,6 @@
 //! Binary bodies, both byte orders.
 
-use super::body::{Numbers, Stop};
+use super::body::{Numbers, Row, Stop};
 use super::header::Property;
 use ply_rs::ply::{PropertyType, ScalarType};
 
@@ -49,11 +49,53 @@ impl<const BIG_ENDIAN: bool> Numbers for Binary<'_, BIG_ENDIAN> {
         Ok(())
     }
 
+    fn records(
+        &mut self,
+        properties: &[Property],
+        columns: &[Option<usize>],
+        n: usize,
+        mut visit: impl FnMut(Row),
+    ) -> usize {
+        let Some(layout) = Layout::of(properties, columns) else { return 0 };
+        let records = self.left.chunks_exact(layout.stride).take(n);
+        let read = records.len();
+        for record in records {
+            let mut row = Row::default();
+            for (at, kind, column) in &layout.numbers {
+                let number = Binary::<BIG_ENDIAN>::new(&record[*at..]).number(kind);
+                row[*column] = number.expect("a record holds all its numbers");
+            }
+            visit(row);
+        }
+        self.left = &self.left[read * layout.stride..];
+        read
+    }
+
     fn room(&self, properties: &[Property]) -> usize {
         let least = |p: &Property| match &p.kind {
             PropertyType::Scalar(kind) | PropertyType::List(kind, _) => size(kind),
         };
         self.left.len() / properties.iter().map(least).sum::<usize>().max(1)
+    }
+}
+
+/// Where in each record the wanted numbers are, if all records are alike.
+struct Layout {
+    stride: usize,
+    /// Offset, type and column.
+    numbers: Vec<(usize, ScalarType, usize)>,
+}
+
+impl Layout {
+    /// Nothing where records have lists, or nothing at all.
+    fn of(properties: &[Property], columns: &[Option<usize>]) -> Option<Layout> {
+        let mut layout = Layout { stride: 0, numbers: Vec::new() };
+        for (property, column) in properties.iter().zip(columns) {
+            let PropertyType::Scalar(kind) = &property.kind else { return None };
+            layout.numbers.extend(column.map(|column| (layout.stride, kind.clone(), column)));
+            layout.stride += size(kind);
+        }
+        (layout.stride > 0).then_some(layout)
     }
 }
 

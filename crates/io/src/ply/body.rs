@@ -15,9 +15,17 @@ pub(super) trait Numbers {
     /// Passes over the next `n` numbers.
     fn skip(&mut self, kind: &ScalarType, n: usize) -> Result<(), Stop>;
 
+    /// Reads whole records of plain numbers, at most `n`, and says how many; none where every number has to be looked for.
+    fn records(&mut self, _: &[Property], _: &[Option<usize>], _n: usize, _visit: impl FnMut(Row)) -> usize {
+        0
+    }
+
     /// How many records are left at most, from the bytes that are left.
     fn room(&self, properties: &[Property]) -> usize;
 }
+
+/// A vertex: coordinates, then the normal, as far as the file has them.
+pub(super) type Row = [f64; 6];
 
 /// Why there is no next number.
 #[derive(Debug)]
@@ -57,12 +65,22 @@ pub(super) fn read(header: &Header, numbers: &mut impl Numbers) -> Result<RawSca
 fn each_record<N: Numbers>(
     element: &Element,
     numbers: &mut N,
+    read: impl FnMut(&mut N, usize) -> Result<(), Stop>,
+) -> Result<(), PlyFault> {
+    each_record_from(0, element, numbers, read)
+}
+
+/// The same where the first records have been read.
+fn each_record_from<N: Numbers>(
+    first: usize,
+    element: &Element,
+    numbers: &mut N,
     mut read: impl FnMut(&mut N, usize) -> Result<(), Stop>,
 ) -> Result<(), PlyFault> {
     if element.properties.is_empty() {
         return Ok(()); // Any number of empty records fits into no bytes.
     }
-    for held in 0..element.count {
+    for held in first..element.count {
         read(numbers, held + 1).map_err(|stop| match stop {
             Stop::End => PlyFault::Truncated { element: element.name.clone(), promised: element.count, held },
             Stop::Fault(fault) => *fault,
@@ -76,19 +94,22 @@ fn read_vertices<N: Numbers>(element: &Element, numbers: &mut N, scan: &mut RawS
     let n_reserved = element.count.min(numbers.room(&element.properties));
     let mut points = Vec::with_capacity(n_reserved);
     let mut normals = columns.normals.then(|| Vec::with_capacity(n_reserved));
-    each_record(element, numbers, |numbers, record| {
-        let mut row = [0.0; 6];
+    let mut keep = |[x, y, z, nx, ny, nz]: Row| {
+        points.push([x, y, z]);
+        if let Some(normals) = &mut normals {
+            normals.push([nx as f32, ny as f32, nz as f32]);
+        }
+    };
+    let read = numbers.records(&element.properties, &columns.of_property, element.count, &mut keep);
+    each_record_from(read, element, numbers, |numbers, record| {
+        let mut row = Row::default();
         for (property, column) in element.properties.iter().zip(&columns.of_property) {
             match (&property.kind, *column) {
                 (PropertyType::Scalar(kind), Some(column)) => row[column] = numbers.number(kind)?,
                 _ => skip_property(property, element, record, numbers)?,
             }
         }
-        let [x, y, z, nx, ny, nz] = row;
-        points.push([x, y, z]);
-        if let Some(normals) = &mut normals {
-            normals.push([nx as f32, ny as f32, nz as f32]);
-        }
+        keep(row);
         Ok(())
     })?;
     (scan.points, scan.normals) = (points, normals);

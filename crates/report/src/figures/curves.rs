@@ -15,10 +15,35 @@ const DODGE: f64 = 0.004;
 /// Several curves in one frame.
 pub(crate) struct Curves {
     pub(crate) x: Axis,
-    pub(crate) y: &'static str,
-    /// Range of `y`.
-    pub(crate) range: (f64, f64),
+    pub(crate) y: Measure,
     pub(crate) curves: Vec<Curve>,
+}
+
+/// What is up.
+#[derive(Clone)]
+pub(crate) struct Measure {
+    name: &'static str,
+    range: (f64, f64),
+    label: fn(&f64) -> String,
+}
+
+impl Measure {
+    /// From nought to a hundred.
+    pub(crate) fn percent(name: &'static str) -> Measure {
+        Measure { name, range: (0.0, 100.0), label: number }
+    }
+
+    /// Whole decades around positive values; samples are decimal logarithms.
+    pub(crate) fn decades(name: &'static str, values: impl Iterator<Item = f64>) -> Measure {
+        let (low, high) = values
+            .filter(|v| *v > 0.0 && v.is_finite())
+            .map(f64::log10)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v.floor()), high.max(v.ceil())));
+        let range = if low < high { (low, high) } else { (0.0, 1.0) };
+        // Between whole decades a label would look like one of them.
+        let label = |y: &f64| if y.fract() == 0.0 { number(&10f64.powf(*y)) } else { String::new() };
+        Measure { name, range, label }
+    }
 }
 
 /// What is across.
@@ -57,11 +82,11 @@ impl Curves {
             .margin(12)
             .x_label_area_size(below)
             .y_label_area_size(52)
-            .build_cartesian_2d(low..high, self.range.0..self.range.1)?;
+            .build_cartesian_2d(low..high, self.y.range.0..self.y.range.1)?;
         let mut mesh = chart.configure_mesh();
         mesh.disable_x_mesh().max_light_lines(0).bold_line_style(FAINT).axis_style(INK);
-        mesh.label_style(font(TEXT)).axis_desc_style(font(TEXT)).y_desc(self.y);
-        mesh.y_label_formatter(&number).x_label_formatter(&number);
+        mesh.label_style(font(TEXT)).axis_desc_style(font(TEXT)).y_desc(self.y.name);
+        mesh.y_label_formatter(&self.y.label).x_label_formatter(&number);
         match &self.x {
             Axis::Numbers(name) => mesh.x_labels(8).x_desc(name.as_str()),
             // The names are written afterwards: plotters puts turned ones across the axis.
@@ -70,7 +95,7 @@ impl Curves {
         mesh.draw()?;
         if let Axis::Names(names) = &self.x {
             for (i, name) in names.iter().enumerate() {
-                let (x, y) = chart.backend_coord(&(i as f64, self.range.0));
+                let (x, y) = chart.backend_coord(&(i as f64, self.y.range.0));
                 area.draw(&Text::new(name.clone(), (x, y + 8), self.name_style()))?;
             }
         }
@@ -173,5 +198,19 @@ impl Look {
             _ => area.draw(&square(open))?,
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decades_hold_all_values_and_only_they_are_named() {
+        let measure = Measure::decades("t", [0.3, 20.0, 4000.0, 0.0, f64::NAN].into_iter());
+        assert_eq!(measure.range, (-1.0, 4.0));
+        let labels = [-1.0, 0.5, 3.0].map(|y| (measure.label)(&y));
+        assert_eq!(labels, ["0.1", "", "1000"]);
+        assert_eq!(Measure::decades("t", std::iter::empty()).range, (0.0, 1.0));
     }
 }

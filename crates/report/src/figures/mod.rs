@@ -5,7 +5,7 @@ mod bars;
 mod curves;
 
 pub(crate) use bars::Bars;
-pub(crate) use curves::{Axis, Curve, Curves, Sample};
+pub(crate) use curves::{Axis, Curve, Curves, Measure, Sample};
 
 use plotters::prelude::*;
 
@@ -40,4 +40,10 @@ fn font(size: u32) -> TextStyle<'static> {
 fn colour(hex: &str) -> RGBColor {
     let part = |from: usize| u8::from_str_radix(hex.get(from..from + 2).unwrap_or("0"), 16).unwrap_or(0);
     RGBColor(part(1), part(3), part(5))
+}
+
+/// The next of 1, 2, 5, 10, 20, …
+pub(crate) fn round_up(value: f64) -> f64 {
+    let power = 10f64.powf(value.log10().floor());
+    [1.0, 2.0, 5.0, 10.0].map(|d| d * power).into_iter().find(|v| *v >= value).unwrap_or(value)
 }

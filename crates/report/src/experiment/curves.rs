@@ -1,76 +1,46 @@
-//! The page of experiments: curves in the paper's arrangement, and the tables.
+//! Curves in the paper's arrangement: accuracy, or the time of the metrics.
 
-use crate::figures::{Axis as Across, Curve, Curves, Sample};
-use crate::page::{Block, Page};
-use crate::pair::ending;
-use crate::printed::blocks_of;
-use congruent_evaluation::experiment::{Axis, Count, Nuisance, Plan, Tally};
+use super::{ExperimentReport, Figure, file_name};
+use crate::figures::{Axis as Across, Curve, Curves, Measure, Sample};
+use congruent_evaluation::experiment::{Axis, Count, Nuisance, Plan};
 use congruent_evaluation::statistics::wilson;
 
 /// Curves that can be told apart in one frame.
 const MAX_CURVES: usize = 10;
 
-/// One experiment with its results.
-pub struct ExperimentReport<'a> {
-    /// Short name, of files.
-    pub name: &'a str,
-    /// What was varied.
-    pub plan: &'a Plan,
-    /// What came out.
-    pub tally: &'a Tally,
-    /// As [`Tally::markdown`] writes it, with what was added to it.
-    pub text: &'a str,
+/// What is up, and how much of it a cell has, if any.
+pub(super) struct Upward {
+    pub(super) measure: Measure,
+    pub(super) sample: fn(f64, &Count) -> Option<Sample>,
 }
 
-/// A figure for a paper: a name that can be a file's, a caption, the SVG.
-pub struct Figure {
-    /// Letters, digits and hyphens.
-    pub name: String,
-    /// What is shown.
-    pub caption: String,
-    /// The whole file.
-    pub svg: String,
+/// Accuracy with Wilson's 95 % intervals.
+pub(super) fn of_accuracy() -> Upward {
+    Upward { measure: Measure::percent("accuracy, %"), sample: |x, entry| Some(accuracy(x, entry.right, entry.total)) }
 }
 
-/// The page of experiments on data sets; `more` is text that belongs to all of them.
-#[must_use]
-pub fn experiment_page(
-    datasets: &str,
-    reports: &[ExperimentReport<'_>],
-    more: &str,
-    config: &str,
-    version: &str,
-) -> Page {
-    let mut blocks = Vec::new();
-    for report in reports {
-        let mut text = blocks_of(report.text);
-        let figures = experiment_figures(report);
-        let figures = Block::Figures(figures.into_iter().map(|figure| (figure.caption, figure.svg)).collect());
-        // After the title, the number of pairs and the notes.
-        let place = text.iter().position(|block| matches!(block, Block::Subsection(_))).unwrap_or(text.len());
-        text.insert(place, figures);
-        blocks.extend(text);
+/// Time for one pose; a decade has the same height everywhere.
+pub(super) fn of_time(entries: &[Count]) -> Upward {
+    let times = entries.iter().filter_map(|entry| entry.microseconds);
+    Upward {
+        measure: Measure::decades("time of a pose, µs", times),
+        sample: |x, entry| Some(Sample { x, y: entry.microseconds?.log10(), interval: None }),
     }
-    blocks.extend(blocks_of(more));
-    blocks.extend(ending(config, version));
-    Page { title: format!("Experiments on {datasets}"), subtitle: String::new(), blocks }
 }
 
-/// Accuracy with Wilson's 95 % intervals: a curve for each row of the plan over its columns, a frame for each combination of
-/// all else that varies. Rows and columns change places where there would be too many curves. Nuisances have a frame each,
-/// over their level.
-#[must_use]
-pub fn experiment_figures(report: &ExperimentReport<'_>) -> Vec<Figure> {
-    let (plan, entries) = (report.plan, report.tally.counts(report.plan));
+/// A curve for each row of the plan over its columns, a frame for each combination of all else that varies. Rows and columns
+/// change places where there would be too many curves. Nuisances have a frame each, over their level.
+pub(super) fn frames(report: &ExperimentReport<'_>, entries: &[Count], upward: &Upward) -> Vec<Figure> {
+    let plan = report.plan;
     let many = distinct(entries.iter().map(|entry| entry.value(plan.rows))).len() > MAX_CURVES;
     let (rows, columns) = if many { (plan.columns, plan.rows) } else { (plan.rows, plan.columns) };
     let frames: Vec<(String, Vec<Placed<'_>>, Across)> = if columns == Axis::Nuisance {
-        nuisance_frames(plan, &entries)
+        nuisance_frames(plan, entries)
     } else {
-        let groups = distinct(entries.iter().map(|entry| rest(entry, &entries, rows, columns)));
+        let groups = distinct(entries.iter().map(|entry| rest(entry, entries, rows, columns)));
         let frame = |group: String| {
             let inside: Vec<&Count> =
-                entries.iter().filter(|entry| rest(entry, &entries, rows, columns) == group).collect();
+                entries.iter().filter(|entry| rest(entry, entries, rows, columns) == group).collect();
             let (placed, across) = placed(&inside, columns);
             (group, placed, across)
         };
@@ -81,11 +51,14 @@ pub fn experiment_figures(report: &ExperimentReport<'_>) -> Vec<Figure> {
         .map(|(group, placed, x)| {
             let names = distinct(placed.iter().map(|(_, entry)| entry.value(rows)));
             let curve = |name: String| Curve {
-                samples: placed.iter().filter(|(_, e)| e.value(rows) == name).map(|(x, e)| sample(*x, e)).collect(),
+                samples: placed
+                    .iter()
+                    .filter(|(_, e)| e.value(rows) == name)
+                    .filter_map(|(x, e)| (upward.sample)(*x, e))
+                    .collect(),
                 name: if numbers(&[name.as_str()]).is_some() { format!("{} {name}", rows.name()) } else { name },
             };
-            let curves =
-                Curves { x, y: "accuracy, %", range: (0.0, 100.0), curves: names.into_iter().map(curve).collect() };
+            let curves = Curves { x, y: upward.measure.clone(), curves: names.into_iter().map(curve).collect() };
             let caption = if group.is_empty() { plan.title.clone() } else { format!("{}: {group}", plan.title) };
             Figure { name: file_name(report.name, &group), caption, svg: curves.svg() }
         })
@@ -135,10 +108,6 @@ fn level(nuisance: &Nuisance) -> Option<(&'static str, f64, f64)> {
     }
 }
 
-pub(crate) fn sample(x: f64, entry: &Count) -> Sample {
-    accuracy(x, entry.right, entry.total)
-}
-
 /// A share in percent with its interval.
 pub(crate) fn accuracy(x: f64, right: usize, total: usize) -> Sample {
     let (low, high) = wilson(right, total);
@@ -166,10 +135,4 @@ fn distinct(values: impl Iterator<Item = String>) -> Vec<String> {
         }
     }
     seen
-}
-
-fn file_name(name: &str, group: &str) -> String {
-    let both = format!("{name} {group}");
-    let words = both.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
-    words.collect::<Vec<_>>().join("-").to_lowercase()
 }

@@ -1,0 +1,101 @@
+//! The points of a cell beside all points around it, gathered once for all of them.
+//!
+//! Where every point of a cloud is asked for the same thing, those of one cell look at the same places. What they look at is
+//! laid in rows of whole vector registers, so that it can be gone through without a branch.
+
+use crate::OrderedPoints;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Numbers that are worked on side by side.
+pub(crate) const LANES: usize = 16;
+/// Rows of cells that one thread takes at a time, at least.
+const ROWS_AT_A_TIME: usize = 8;
+
+/// One coordinate of some points; what is left of the last lanes is infinitely far.
+pub(crate) type Column<'a> = &'a [[f32; LANES]];
+
+/// The points in and around a cell.
+#[derive(Default)]
+pub(crate) struct Block {
+    /// Longer than the block, so that they need not grow.
+    columns: [Vec<[f32; LANES]>; 3],
+    len: usize,
+}
+
+impl Block {
+    pub(crate) fn columns(&self) -> [Column<'_>; 3] {
+        self.columns.each_ref().map(|column| &column[..self.len.div_ceil(LANES)])
+    }
+
+    fn gather(&mut self, points: &OrderedPoints, runs: &[Range<usize>]) {
+        self.len = runs.iter().map(ExactSizeIterator::len).sum();
+        for (own, column) in self.columns.iter_mut().zip(points.columns()) {
+            if own.len() * LANES < self.len {
+                own.resize(self.len.div_ceil(LANES), [0.0; LANES]);
+            }
+            let mut left = own.as_flattened_mut();
+            for run in runs.iter().filter(|run| !run.is_empty()) {
+                let (place, rest) = left.split_at_mut(run.len());
+                place.copy_from_slice(&column[run.clone()]);
+                left = rest;
+            }
+            let end = self.len.next_multiple_of(LANES) - self.len;
+            left[..end].fill(f32::INFINITY);
+        }
+    }
+}
+
+impl OrderedPoints {
+    /// Hands every cell that has points to `work`: the places of its points in the order, and all points of the cells around
+    /// it, which hold everything within the side of a cell of each of them. What comes of it is in the order of the cells.
+    pub(crate) fn each_block<T: Clone + Send + Sync>(
+        &self,
+        work: impl Fn(Range<usize>, &Block, &mut Vec<T>) + Sync,
+    ) -> Vec<T> {
+        let cells = self.cells();
+        let rows: Vec<usize> = cells.occupied_rows().collect();
+        let of_row = |block: &mut Block, row: &usize| {
+            let mut made = Vec::new();
+            cells.row_blocks(*row, |members, runs| {
+                block.gather(self, runs);
+                work(members, block, &mut made);
+            });
+            made
+        };
+        let made: Vec<Vec<T>> = rows.par_iter().with_min_len(ROWS_AT_A_TIME).map_init(Block::default, of_row).collect();
+        made.concat()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Point;
+    use crate::random::Stream;
+
+    #[test]
+    fn every_point_is_a_member_once_and_all_that_is_near_is_beside_it() {
+        let mut stream = Stream::new(3, 0);
+        let points: Vec<Point> = (0..600).map(|_| std::array::from_fn(|_| stream.between(-9.0, 9.0) as f32)).collect();
+        for side in [0.4, 2.0, 50.0] {
+            let ordered = OrderedPoints::new(&points, side);
+            let near = |place: usize, [x, y, z]: [f32; 3]| {
+                let p = ordered.point(place);
+                f64::from((p[0] - x).powi(2) + (p[1] - y).powi(2) + (p[2] - z).powi(2)).sqrt() <= 0.999 * side
+            };
+            let counted = ordered.each_block(|members, block, out| {
+                let [x, y, z] = block.columns().map(|column| column.as_flattened());
+                let beside = || (0..x.len()).map(|i| [x[i], y[i], z[i]]);
+                assert_eq!(beside().filter(|p| p[0].is_finite()).count(), block.len);
+                out.extend(members.map(|place| (place, beside().filter(|p| near(place, *p)).count())));
+            });
+            assert!(counted.iter().map(|(place, _)| *place).eq(0..600), "{side}");
+            for (place, count) in counted {
+                let all = points.iter().filter(|p| near(place, **p)).count();
+                assert_eq!(count, all, "{side}");
+            }
+        }
+        assert!(OrderedPoints::new(&[], 1.0).each_block(|_, _, out: &mut Vec<u8>| out.push(0)).is_empty());
+    }
+}
