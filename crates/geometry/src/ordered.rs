@@ -10,6 +10,9 @@ const GROWTH: f64 = 1.5;
 /// … up to so many times what it was; then everything is looked at.
 const MAX_GROWN: f64 = 100.0;
 
+/// Near points that are noted before they are visited.
+const NOTED: usize = 128;
+
 /// Points sorted by the cells of a grid. Positions are places in that order; [`Cells::order`] says whose they are.
 pub struct OrderedPoints {
     cells: Cells,
@@ -84,18 +87,24 @@ impl OrderedPoints {
     }
 
     /// Visits every point at most `radius` away (inclusive), by its place in the order, ascending, and its squared distance.
+    #[inline]
     pub fn within(&self, query: &Point, radius: f64, mut visit: impl FnMut(usize, f32)) {
         let limit = radius as f32 * radius as f32;
+        // Points are noted in any case and kept if near: a branch would go either way as often.
+        let (mut near, mut n) = ([(0, 0.0); NOTED], 0);
         self.cells.around(query, radius, |run| {
-            let start = run.start;
             let columns = self.columns.each_ref().map(|column| &column[run.clone()]);
-            for place in 0..run.len() {
-                let away = distance_sq(&columns.map(|column| column[place]), query);
-                if away <= limit {
-                    visit(start + place, away);
+            for (i, place) in run.enumerate() {
+                let away = distance_sq(&columns.map(|column| column[i]), query);
+                near[n] = (place as u32, away);
+                n += usize::from(away <= limit);
+                if n == NOTED {
+                    near.iter().for_each(|&(place, away)| visit(place as usize, away));
+                    n = 0;
                 }
             }
         });
+        near[..n].iter().for_each(|&(place, away)| visit(place as usize, away));
     }
 
     /// Places of the `k` nearest points, in no particular order, or all where there are fewer; of equally near ones the
@@ -127,7 +136,7 @@ impl OrderedPoints {
             let columns = self.columns.each_ref().map(|column| &column[run.clone()]);
             for (i, place) in run.enumerate() {
                 let away = distance_sq(&columns.map(|column| column[i]), query);
-                // Written in any case and kept if near: a branch would go either way as often.
+                // As in `within`.
                 keys[n] = u64::from(away.to_bits()) << 32 | place as u64;
                 n += usize::from(away <= limit);
             }
