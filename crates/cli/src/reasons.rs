@@ -11,6 +11,7 @@ const FEW_DISAGREEING: f64 = 0.02;
 const FAR_BEHIND: f64 = 0.5;
 const UNLIKELY: f64 = -3.0;
 const FIRM: f64 = 0.02;
+const SMALL_ANGLE: f64 = 0.2;
 
 /// Phrases, each with its figure.
 #[derive(Debug, Default, PartialEq, Serialize)]
@@ -33,9 +34,11 @@ impl Reasons {
             let side = if is_good { &mut reasons.pro } else { &mut reasons.against };
             side.push(phrase);
         };
-        let Predictors { overlap, residual_pr, contradictions, disagreeing, runner_up, .. } = *measured;
+        let Predictors { overlap, residual_pr, contradictions, disagreeing, runner_up, normal_angle, .. } = *measured;
         say(overlap >= MUCH_OVERLAP, format!("{:.0} % of the surfaces touch", 100.0 * overlap));
         say(residual_pr <= CLOSE_PR, format!("{residual_pr:.2} pr apart where they do"));
+        let angle = format!("{:.0}° between the normals there", normal_angle.to_degrees());
+        say(normal_angle <= SMALL_ANGLE, angle);
         let hang = format!("{:.1} % of the points hang where the other scanner saw through", 100.0 * contradictions);
         say(contradictions <= FEW_CONTRADICTIONS, hang);
         say(disagreeing <= FEW_DISAGREEING, format!("{:.1} % touch with normals that disagree", 100.0 * disagreeing));
@@ -65,10 +68,11 @@ mod tests {
             runner_up: 0.1,
             log10_false_alarms: -250.0,
             stiffness: 0.05,
+            normal_angle: 0.1,
         };
         let reasons = Reasons::new(&good, 404, 820);
-        assert!(reasons.against.is_empty() && reasons.pro.len() == 7, "{reasons:?}");
-        assert_eq!(reasons.pro[5], "404 of 820 correspondences agree (by chance: with 10^-250 poses)");
+        assert!(reasons.against.is_empty() && reasons.pro.len() == 8, "{reasons:?}");
+        assert_eq!(reasons.pro[6], "404 of 820 correspondences agree (by chance: with 10^-250 poses)");
         let bad = Predictors {
             score: 0.01,
             overlap: 0.05,
@@ -78,8 +82,9 @@ mod tests {
             runner_up: 0.95,
             log10_false_alarms: 2.0,
             stiffness: 0.001,
+            normal_angle: 0.4,
         };
         let reasons = Reasons::new(&bad, 5, 300);
-        assert!(reasons.pro.is_empty() && reasons.against.len() == 7, "{reasons:?}");
+        assert!(reasons.pro.is_empty() && reasons.against.len() == 8, "{reasons:?}");
     }
 }

@@ -50,6 +50,29 @@ impl NearestField {
     }
 }
 
+impl NearestField {
+    /// The same for many points at once: all cells are known before the first is looked into, so that their memory is waited
+    /// for once.
+    ///
+    /// # Panics
+    /// Where `found` is shorter than `queries`.
+    pub fn nearest_each(&self, queries: &[Point], found: &mut [Option<u32>]) {
+        let found = &mut found[..queries.len()];
+        if self.nearest.is_empty() {
+            return found.fill(None);
+        }
+        let last = self.grid.size.map(|n| n - 1);
+        for (query, found) in queries.iter().zip(found) {
+            let place = self.grid.place(query);
+            let inside = (0..3).all(|axis| (place[axis] >= 0.0) & (place[axis] < self.grid.size[axis] as f32));
+            // Rounded towards zero, and nought for what is no number.
+            let at = std::array::from_fn(|axis| (place[axis] as u32 as usize).min(last[axis]));
+            let nearest = self.nearest[self.grid.number(at)];
+            *found = (inside && nearest != NOTHING).then_some(nearest);
+        }
+    }
+}
+
 /// Of each occupied cell the point nearest to its centre, ascending.
 fn representatives(grid: &Grid, points: &[Point]) -> Vec<u32> {
     let mut best: FxHashMap<usize, (f32, u32)> = FxHashMap::default();
@@ -117,6 +140,9 @@ mod tests {
             let query = point(14.0);
             let distance = |p: &Point| (wide(*p) - wide(query)).norm();
             let best = points.iter().map(distance).fold(f64::INFINITY, f64::min);
+            let mut found = [Some(7); 2];
+            field.nearest_each(&[query, query], &mut found);
+            assert_eq!(found, [field.nearest(&query); 2]);
             match field.nearest(&query) {
                 Some(found) => assert!(distance(&points[found as usize]) <= best + 2.0 * cell * 3f64.sqrt()),
                 None => assert!(best > reach - 2.0 * cell * 3f64.sqrt()),
@@ -130,5 +156,10 @@ mod tests {
         let far_apart = [[0.0f32; 3], [1e6, 1e6, 1e6]];
         let field = NearestField::new(&far_apart, 1e-3, 2e-3);
         assert!(field.nearest(&[f32::NAN, 0.0, 0.0]).is_none() && field.nearest(&[1e30, 0.0, 0.0]).is_none());
+        let mut found = [Some(0); 4];
+        field.nearest_each(&[[f32::NAN; 3], [1e30, 0.0, 0.0], [0.0, -9.0, 0.0], far_apart[1]], &mut found);
+        assert_eq!(found, [None, None, None, Some(1)]);
+        NearestField::new(&[], 1.0, 2.0).nearest_each(&far_apart, &mut found);
+        assert_eq!(found[..2], [None, None]);
     }
 }

@@ -8,9 +8,13 @@
 use crate::motion::{Motion, dot};
 use crate::{DepthImage, Score};
 use congruent_geometry::{NearestField, Point, RigidTransform, Surface};
+use std::f64::consts::FRAC_PI_2;
 
 /// A point hovers if it is off the surface by more than this share of its distance (a cosine).
 const HOVER_COSINE: f32 = 0.7;
+
+/// Points that are looked up together.
+const BLOCK: usize = 64;
 
 /// Settings; lengths in data units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,6 +64,8 @@ pub struct DenseAgreement {
     pub occlusion: f64,
     /// Points close to the other surface whose normals disagree, averaged.
     pub disagreeing: f64,
+    /// Mean angle between the normals of points that overlap, radians; a right angle where none does.
+    pub normal_angle: f64,
 }
 
 impl DenseAgreement {
@@ -89,6 +95,7 @@ pub fn agreement(
         hover: 2.0 * mean(|t| t.hovering),
         occlusion: 2.0 * mean(|t| t.occluding),
         disagreeing: mean(|t| t.disagreeing),
+        normal_angle: if overlapping > 0.0 { (forth.angle + back.angle) / overlapping } else { FRAC_PI_2 },
     }
 }
 
@@ -102,16 +109,22 @@ struct Tally {
     hovering: f64,
     occluding: f64,
     disagreeing: f64,
+    angle: f64,
 }
 
 impl Tally {
     fn of(moving: &Surface, fixed: &DenseSurface<'_>, fixed_from_moving: &RigidTransform, rule: &DenseRule) -> Tally {
         let pose = Motion::new(fixed_from_moving);
         let stride = moving.len().div_ceil(rule.max_points.max(1)).max(1);
-        let mut tally = Tally::default();
-        for i in (0..moving.len()).step_by(stride) {
-            tally.points += 1.0;
-            tally.add(&pose.moved(&moving.points()[i]), &pose.turned(&moving.normals()[i]), fixed, rule);
+        let chosen: Vec<usize> = (0..moving.len()).step_by(stride).collect();
+        let mut tally = Tally { points: chosen.len() as f64, ..Tally::default() };
+        let (mut points, mut found) = ([[0.0; 3]; BLOCK], [None; BLOCK]);
+        for block in chosen.chunks(BLOCK) {
+            points.iter_mut().zip(block).for_each(|(point, &i)| *point = pose.moved(&moving.points()[i]));
+            fixed.near.nearest_each(&points[..block.len()], &mut found);
+            for ((&i, point), &found) in block.iter().zip(&points).zip(&found) {
+                tally.add(point, &pose.turned(&moving.normals()[i]), found, fixed, rule);
+            }
         }
         tally
     }
@@ -120,9 +133,10 @@ impl Tally {
         if self.points > 0.0 { pick(self) / self.points } else { 0.0 }
     }
 
-    fn add(&mut self, point: &Point, normal: &Point, fixed: &DenseSurface<'_>, rule: &DenseRule) {
+    /// `found` is near to the point, if anything is.
+    fn add(&mut self, point: &Point, normal: &Point, found: Option<u32>, fixed: &DenseSurface<'_>, rule: &DenseRule) {
         let reach = rule.overlap_distance as f32;
-        if let Some(found) = fixed.near.nearest(point) {
+        if let Some(found) = found {
             let (offset, other) =
                 (minus(point, &fixed.surface.points()[found as usize]), &fixed.surface.normals()[found as usize]);
             let distance_sq = dot(&offset, &offset);
@@ -145,6 +159,7 @@ impl Tally {
             self.gain += nearness * nearness;
             self.overlapping += 1.0;
             self.distance += f64::from(plane_distance);
+            self.angle += f64::from(cosine.min(1.0).acos());
         } else {
             self.disagreeing += 1.0;
         }
@@ -202,7 +217,7 @@ mod tests {
     fn a_surface_agrees_with_itself() {
         let same = measured(RigidTransform::identity());
         assert!(same.soft_overlap > 0.999 && same.overlap == 1.0 && same.residual < 1e-6);
-        assert!(same.hover == 0.0 && same.occlusion == 0.0 && same.disagreeing == 0.0);
+        assert!(same.hover == 0.0 && same.occlusion == 0.0 && same.disagreeing == 0.0 && same.normal_angle == 0.0);
         assert_eq!(same.score(&RULE), Score::new(same.soft_overlap));
     }
 
@@ -223,6 +238,12 @@ mod tests {
     #[test]
     fn the_back_of_a_surface_does_not_overlap_its_front() {
         let turned = measured(RigidTransform::rotation(nalgebra::Vector3::x() * std::f64::consts::PI));
-        assert!(turned.overlap == 0.0 && turned.disagreeing > 0.99);
+        assert!(turned.overlap == 0.0 && turned.disagreeing > 0.99 && turned.normal_angle == FRAC_PI_2);
+    }
+
+    #[test]
+    fn a_tilted_sheet_has_normals_at_its_angle() {
+        let tilted = measured(RigidTransform::rotation(nalgebra::Vector3::x() * 0.03));
+        assert!(tilted.overlap > 0.9 && (tilted.normal_angle - 0.03).abs() < 1e-3, "{tilted:?}");
     }
 }

@@ -5,8 +5,8 @@ use crate::memory::Memory;
 use crate::prior::Bounds;
 use crate::stage::Clock;
 use crate::{
-    Counts, EscalationStep, Failure, Pair, PipelineConfig, Prior, RankingConfig, Registration, SamplingConfig, Signs,
-    Stage, Trace, Verdict,
+    Counts, EscalationStep, Failure, Pair, PipelineConfig, Predictors, Prior, RankingConfig, Registration,
+    SamplingConfig, Signs, Stage, Trace, Verdict,
 };
 use congruent_geometry::{Oriented, RigidTransform, Scan, uncentred};
 use congruent_refinement::Uncertainty;
@@ -60,6 +60,43 @@ pub(crate) fn escalated<E>(
         }
     }
     Ok(best.expect("an attempt with the signs as they are is made"))
+}
+
+/// What one attempt came to.
+#[derive(Clone, Debug)]
+pub struct Tried {
+    /// The pose it settled on, between the files' coordinates.
+    pub target_from_source: RigidTransform,
+    /// What is known of it; nothing where the ranking does not look at the surfaces.
+    pub predictors: Option<Predictors>,
+    /// Whether the surfaces hold the pose.
+    pub is_held: bool,
+}
+
+/// All attempts that come to a pose, in their order; none more is made once one has a confidence of `enough`.
+///
+/// [`register`] stops where an attempt is believed. This is for those who want to know what it would have come to if it had
+/// believed otherwise.
+#[must_use]
+pub fn register_tried(source: &Scan, target: &Scan, config: &PipelineConfig, enough: f64) -> Vec<Tried> {
+    let scans = Pair { source, target };
+    let origins = scans.map(|scan| *scan.origin());
+    let bounds = Prior::default().bounds(&origins);
+    let (mut clock, mut memory) = (Clock::new(&|_| ()), Memory::default());
+    let mut tried = Vec::new();
+    for (changed, signs) in config.attempts() {
+        let made = attempt(&scans, (&bounds, Proposals::Searched), &changed, signs, &mut memory, &mut clock);
+        let Some(Attempt { outcome: Ok(answer), .. }) = made else { continue };
+        tried.push(Tried {
+            target_from_source: uncentred(&answer.target_from_source, &origins.source, &origins.target),
+            predictors: answer.judgement.predictors,
+            is_held: answer.hold.n_free(config.verdict.min_stiffness()) == 0,
+        });
+        if answer.judgement.confidence >= enough {
+            break;
+        }
+    }
+    tried
 }
 
 /// What an attempt left.

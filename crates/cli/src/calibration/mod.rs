@@ -11,15 +11,18 @@ use crate::progress::Bar;
 use crate::{configuration, output};
 use anyhow::{Context, Result, bail};
 use congruent_evaluation::GroundTruth;
-use congruent_evaluation::calibration::{CalibrationRow, Origin, Validation};
+use congruent_evaluation::calibration::{AttemptRow, CalibrationRow, Origin, Validation};
 use congruent_geometry::{RawScan, RigidTransform, Scan, mean_displacement, uncentred};
 use congruent_io::{Dataset, read_dataset, write_file};
-use congruent_pipeline::{DenseVerdictConfig, Pair, PipelineConfig, VerdictConfig, register};
+use congruent_pipeline::{Pair, PipelineConfig, VerdictConfig, register_tried};
 use rows::Rows;
 use std::process::ExitCode;
 
 /// Some pairs had a scan that could not be used.
 const SOME_ERRORS: u8 = 1;
+
+/// No more attempts are made once one is so sure: whatever the calibration, it would be believed.
+const BEYOND_DOUBT: f64 = 0.9999;
 
 /// A pair to be registered.
 struct Trial<'a> {
@@ -50,7 +53,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode> {
         args.datasets.iter().map(|path| Ok(read_dataset(path, None)?)).collect::<Result<_>>()?;
     let trials = trials(args, &datasets, config.seed);
     let mut rows = Rows::open(&args.output)?;
-    let errors = on_threads(args.run.threads, || register_all(&trials, &config, verdict, &mut rows))??;
+    let errors = on_threads(args.run.threads, || register_all(&trials, &config, &mut rows))??;
     let validation = Validation::new(rows.all(), verdict);
     let figures = validation.to_string();
     write_file(&args.output.join("calibration.toml"), calibration_file(&validation, rows.all().len())?.as_bytes())?;
@@ -68,12 +71,7 @@ fn trials<'a>(args: &CalibrateArgs, datasets: &'a [Dataset], seed: u64) -> Vec<T
 }
 
 /// Adds the rows that are not there yet; how many pairs could not be used.
-fn register_all(
-    trials: &[Trial<'_>],
-    config: &PipelineConfig,
-    verdict: &DenseVerdictConfig,
-    rows: &mut Rows,
-) -> Result<usize> {
+fn register_all(trials: &[Trial<'_>], config: &PipelineConfig, rows: &mut Rows) -> Result<usize> {
     let bar = Bar::new(trials.len() as u64);
     let mut errors = 0;
     for (done, trial) in (1..).zip(trials) {
@@ -81,7 +79,7 @@ fn register_all(
         if rows.has(&trial.id) {
             continue;
         }
-        match registered(trial, config, verdict) {
+        match registered(trial, config) {
             Ok(row) => rows.add(row)?,
             Err(error) => {
                 errors += 1;
@@ -92,16 +90,13 @@ fn register_all(
     Ok(errors)
 }
 
-fn registered(trial: &Trial<'_>, config: &PipelineConfig, verdict: &DenseVerdictConfig) -> Result<CalibrationRow> {
+fn registered(trial: &Trial<'_>, config: &PipelineConfig) -> Result<CalibrationRow> {
     let Scene { scans, target_from_source } = (trial.scene)()?;
     let scans = scans.map(Scan::new).both().context("a scan cannot be used")?;
-    let registration = register(&scans.source, &scans.target, config, &|_| ());
-    let error = match (&target_from_source, &registration.target_from_source) {
-        (Some(truth), Some(pose)) => Some(error_pr(scans.as_ref(), truth, pose)),
-        _ => None,
-    };
-    let name = (trial.id.clone(), trial.group.clone(), trial.origin);
-    Ok(CalibrationRow::new(name, &registration, error, verdict))
+    let tried = register_tried(&scans.source, &scans.target, config, BEYOND_DOUBT);
+    let error = |pose| target_from_source.as_ref().map(|truth| error_pr(scans.as_ref(), truth, pose));
+    let attempts = tried.iter().filter_map(|tried| AttemptRow::new(tried, error(&tried.target_from_source))).collect();
+    Ok(CalibrationRow { id: trial.id.clone(), group: trial.group.clone(), origin: trial.origin, attempts })
 }
 
 /// How far a pose is off, `pr`: on the surface that both scans have, on the whole source where that is too little.

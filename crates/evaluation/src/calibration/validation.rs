@@ -1,6 +1,6 @@
 //! What a calibration is worth: cross-validated figures.
 
-use super::{CalibrationRow, Origin, fit};
+use super::{Answer, CalibrationRow, Origin, calibrated};
 use congruent_pipeline::{Calibration, DenseVerdictConfig};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -17,9 +17,8 @@ const BINS: usize = 10;
 /// A calibration and what it does on pairs that it has not seen.
 pub struct Validation<'a> {
     rows: &'a [CalibrationRow],
-    /// Of each row, by a model that knows no row of its group.
-    unseen: Vec<f64>,
-    verdict: &'a DenseVerdictConfig,
+    /// To each row, by a model that knows no row of its group.
+    unseen: Vec<Answer>,
     /// Made from all rows.
     pub calibration: Calibration,
     /// Variance of the weights is one over this.
@@ -31,19 +30,19 @@ impl<'a> Validation<'a> {
     #[must_use]
     pub fn new(rows: &'a [CalibrationRow], verdict: &'a DenseVerdictConfig) -> Self {
         let folds = folds(rows);
-        let candidates = RIDGES.map(|ridge| (ridge, unseen(rows, &folds, ridge)));
+        let candidates = RIDGES.map(|ridge| (ridge, unseen(rows, &folds, verdict, ridge)));
         let (ridge, unseen) = candidates
             .into_iter()
             .min_by(|(_, a), (_, b)| surprise(rows, a).total_cmp(&surprise(rows, b)))
             .expect("there are ridges to choose from");
-        Validation { rows, unseen, verdict, calibration: fit(rows, ridge), ridge }
+        Validation { rows, unseen, calibration: calibrated(rows, verdict, ridge), ridge }
     }
 
     /// Area under the curve: how often a right answer has more confidence than a wrong one.
     #[must_use]
     pub fn auc(&self) -> f64 {
         let of = |right: bool| -> Vec<f64> {
-            self.taught().filter(|(row, _)| row.is_right() == right).map(|(_, p)| p).collect()
+            self.taught().filter(|answer| answer.is_right() == right).map(|answer| answer.confidence).collect()
         };
         let (right, wrong) = (of(true), of(false));
         let wins: f64 = right
@@ -66,35 +65,32 @@ impl<'a> Validation<'a> {
     /// Right ones of the answers that would be called `ok`, all that would be, and all right ones.
     #[must_use]
     pub fn believed(&self) -> (usize, usize, usize) {
-        let closed = || self.all().filter(|(row, _)| row.origin != Origin::Open);
-        let said = closed().filter(|(row, p)| self.is_ok(row, *p));
-        let right_said = said.clone().filter(|(row, _)| row.is_right()).count();
-        (right_said, said.count(), closed().filter(|(row, _)| row.is_right()).count())
+        let closed = || self.all().filter(|(row, _)| row.origin != Origin::Open).map(|(_, answer)| answer);
+        let said = || closed().filter(|answer| answer.is_ok);
+        let right_said = said().filter(|answer| answer.is_right()).count();
+        (right_said, said().count(), closed().filter(|answer| answer.is_right()).count())
     }
 
     /// For each bin of confidence: rows, mean confidence, share of right ones.
     #[must_use]
     pub fn reliability(&self) -> Vec<(usize, f64, f64)> {
         let mut bins = vec![(0usize, 0.0, 0.0); BINS];
-        for (row, p) in self.taught() {
+        for answer in self.taught() {
+            let p = answer.confidence;
             let bin = &mut bins[((p * BINS as f64) as usize).min(BINS - 1)];
             bin.0 += 1;
             bin.1 += p;
-            bin.2 += f64::from(u8::from(row.is_right()));
+            bin.2 += f64::from(u8::from(answer.is_right()));
         }
         bins.into_iter().map(|(n, p, right)| (n, p / n.max(1) as f64, right / n.max(1) as f64)).collect()
     }
 
-    fn is_ok(&self, row: &CalibrationRow, p: f64) -> bool {
-        p >= self.verdict.min_confidence && row.is_unique(self.verdict)
+    fn all(&self) -> impl Iterator<Item = (&'a CalibrationRow, &Answer)> {
+        self.rows.iter().zip(&self.unseen)
     }
 
-    fn all(&self) -> impl Iterator<Item = (&'a CalibrationRow, f64)> + Clone {
-        self.rows.iter().zip(self.unseen.iter().copied())
-    }
-
-    fn taught(&self) -> impl Iterator<Item = (&'a CalibrationRow, f64)> {
-        self.all().filter(|(row, _)| row.teaches())
+    fn taught(&self) -> impl Iterator<Item = &Answer> {
+        self.all().filter(|(row, _)| row.teaches()).map(|(_, answer)| answer)
     }
 }
 
@@ -105,21 +101,18 @@ fn folds(rows: &[CalibrationRow]) -> Vec<usize> {
     rows.iter().map(|row| groups[row.group.as_str()]).collect()
 }
 
-/// Confidence in each row by the model of the other parts; zero where there is no pose.
-fn unseen(rows: &[CalibrationRow], folds: &[usize], ridge: f64) -> Vec<f64> {
-    let models: Vec<Calibration> = (0..FOLDS)
-        .map(|fold| fit(rows.iter().zip(folds).filter(|(_, f)| **f != fold).map(|(row, _)| row), ridge))
-        .collect();
-    let confidence =
-        |(row, fold): (&CalibrationRow, &usize)| row.predictors.map_or(0.0, |known| models[*fold].confidence(&known));
-    rows.iter().zip(folds).map(confidence).collect()
+/// The answer to each row by the model of the other parts.
+fn unseen(rows: &[CalibrationRow], folds: &[usize], verdict: &DenseVerdictConfig, ridge: f64) -> Vec<Answer> {
+    let others = |fold: usize| rows.iter().zip(folds).filter(move |(_, f)| **f != fold).map(|(row, _)| row);
+    let models: Vec<Calibration> = (0..FOLDS).map(|fold| calibrated(others(fold), verdict, ridge)).collect();
+    rows.iter().zip(folds).map(|(row, fold)| row.answer(&models[*fold], verdict)).collect()
 }
 
 /// Negative logarithm of the probability of what happened.
-fn surprise(rows: &[CalibrationRow], p: &[f64]) -> f64 {
-    let each = rows.iter().zip(p).filter(|(row, _)| row.teaches()).map(|(row, p)| {
-        let p = p.clamp(NEARLY_CERTAIN, 1.0 - NEARLY_CERTAIN);
-        -(if row.is_right() { p } else { 1.0 - p }).ln()
+fn surprise(rows: &[CalibrationRow], answers: &[Answer]) -> f64 {
+    let each = rows.iter().zip(answers).filter(|(row, _)| row.teaches()).map(|(_, answer)| {
+        let p = answer.confidence.clamp(NEARLY_CERTAIN, 1.0 - NEARLY_CERTAIN);
+        -(if answer.is_right() { p } else { 1.0 - p }).ln()
     });
     each.sum()
 }
@@ -136,9 +129,9 @@ impl fmt::Display for Validation<'_> {
         writeln!(f, "|---|---|---|---|---|")?;
         let origins: BTreeMap<Origin, ()> = self.rows.iter().map(|row| (row.origin, ())).collect();
         for origin in origins.into_keys() {
-            let here = || self.all().filter(move |(row, _)| row.origin == origin);
-            let said = || here().filter(|(row, p)| self.is_ok(row, *p));
-            let right = |(row, _): &(&CalibrationRow, f64)| row.is_right();
+            let here = || self.all().filter(|(row, _)| row.origin == origin).map(|(_, answer)| answer);
+            let said = || here().filter(|answer| answer.is_ok);
+            let right = |answer: &&Answer| answer.is_right();
             let (n, n_right, n_said, n_good) =
                 (here().count(), here().filter(right).count(), said().count(), said().filter(right).count());
             writeln!(f, "| {origin:?} | {n} | {n_right} | {n_said} | {n_good} |")?;
@@ -157,10 +150,11 @@ impl fmt::Display for Validation<'_> {
 mod tests {
     use super::super::logistic::tests::rows_of;
     use super::*;
+    use congruent_pipeline::N_TERMS;
 
     #[test]
     fn a_model_that_fits_is_reliable_and_its_figures_add_up() {
-        let truth = Calibration::new(4.0, [1.2, 0.3, -3.0, -2.0, -30.0, -15.0]);
+        let truth = Calibration::new(4.0, [1.2, 0.3, -3.0, -2.0, -30.0, -15.0, 0.0, 0.0, 0.0]);
         let rows = rows_of(&truth, 3000);
         let verdict = DenseVerdictConfig::default();
         let validation = Validation::new(&rows, &verdict);
@@ -171,13 +165,13 @@ mod tests {
         }
         let (right_said, said, right) = validation.believed();
         assert!(right_said <= said && right_said <= right && said > 0);
-        assert_eq!(right, rows.iter().filter(|row| row.is_right()).count());
+        assert_eq!(right, rows.iter().filter(|row| row.attempts[0].error_pr.is_some()).count());
         assert!(validation.auc() > 0.8);
     }
 
     #[test]
     fn no_group_is_on_both_sides() {
-        let rows = rows_of(&Calibration::new(0.0, [0.0; 6]), 300);
+        let rows = rows_of(&Calibration::new(0.0, [0.0; N_TERMS]), 300);
         let folds = folds(&rows);
         for (a, b) in (0..300).flat_map(|a| (0..300).map(move |b| (a, b))) {
             assert!(rows[a].group != rows[b].group || folds[a] == folds[b]);

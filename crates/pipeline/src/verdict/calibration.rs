@@ -24,16 +24,23 @@ pub struct Predictors {
     pub log10_false_alarms: f64,
     /// Of the loosest direction.
     pub stiffness: f64,
+    /// Mean angle between the normals where the surfaces touch, radians.
+    pub normal_angle: f64,
 }
 
 /// Number of terms of the model beside the intercept.
-pub const N_TERMS: usize = 6;
+pub const N_TERMS: usize = 9;
 /// Scores below this are all the same.
 const MIN_SCORE: f64 = 1e-3;
 /// Powers of ten by which random poses are excluded count from three too many to ten too few.
 const POWERS_OF_TEN: [f64; 2] = [-3.0, 10.0];
 /// Residuals above this, `pr`, are all the same.
 pub const MAX_RESIDUAL_PR: f64 = 2.0;
+
+/// Directions looser than this are all the same.
+const MIN_STIFFNESS: f64 = 1e-4;
+/// Angles below this, radians, are all the same.
+const MIN_NORMAL_ANGLE: f64 = 0.01;
 
 /// Normals that disagree say how noisy the scans are, and so how far apart right surfaces may lie; shares above this say no
 /// more.
@@ -50,6 +57,9 @@ impl Predictors {
             self.runner_up,
             self.disagreeing.min(MAX_DISAGREEING),
             self.contradictions,
+            (-self.log10_false_alarms).max(0.0).ln_1p(),
+            self.stiffness.max(MIN_STIFFNESS).ln(),
+            self.normal_angle.max(MIN_NORMAL_ANGLE).ln(),
         ]
     }
 }
@@ -72,20 +82,58 @@ pub struct Calibration {
     pub disagreeing: f64,
     /// Per share of points that contradict.
     pub contradictions: f64,
+    /// Per natural logarithm of the powers of ten by which random poses are excluded, one more: beyond the first few they go on to
+    /// say something, but ever less.
+    pub ln_powers_of_ten: f64,
+    /// Per natural logarithm of the stiffness of the loosest direction.
+    pub ln_stiffness: f64,
+    /// Per natural logarithm of the mean angle between the normals where the surfaces touch.
+    pub ln_normal_angle: f64,
 }
 
 impl Calibration {
     /// From an intercept and the weights of [`Predictors::terms`].
     #[must_use]
     pub fn new(intercept: f64, weights: [f64; N_TERMS]) -> Calibration {
-        let [ln_score, power_of_ten, residual, runner_up, disagreeing, contradictions] = weights;
-        Calibration { intercept, ln_score, power_of_ten, residual, runner_up, disagreeing, contradictions }
+        let [
+            ln_score,
+            power_of_ten,
+            residual,
+            runner_up,
+            disagreeing,
+            contradictions,
+            ln_powers_of_ten,
+            ln_stiffness,
+            ln_normal_angle,
+        ] = weights;
+        Calibration {
+            intercept,
+            ln_score,
+            power_of_ten,
+            residual,
+            runner_up,
+            disagreeing,
+            contradictions,
+            ln_powers_of_ten,
+            ln_stiffness,
+            ln_normal_angle,
+        }
     }
 
     /// Of the terms, in the order of [`Predictors::terms`].
     #[must_use]
     pub fn weights(&self) -> [f64; N_TERMS] {
-        [self.ln_score, self.power_of_ten, self.residual, self.runner_up, self.disagreeing, self.contradictions]
+        [
+            self.ln_score,
+            self.power_of_ten,
+            self.residual,
+            self.runner_up,
+            self.disagreeing,
+            self.contradictions,
+            self.ln_powers_of_ten,
+            self.ln_stiffness,
+            self.ln_normal_angle,
+        ]
     }
 
     /// Whether these are the coefficients that come with the program.
@@ -121,12 +169,14 @@ mod tests {
         runner_up: 0.1,
         log10_false_alarms: -60.0,
         stiffness: 0.05,
+        normal_angle: 0.1,
     };
 
     #[test]
     fn confidence_is_the_logistic_function_of_the_weighted_terms() {
-        let calibration = Calibration::new(0.5, [1.0, 0.25, -2.0, -1.0, -10.0, -20.0]);
-        let log_odds = 0.5 + 0.6f64.ln() + 2.5 - 0.2 - 0.1 - 0.1 - 0.02;
+        let calibration = Calibration::new(0.5, [1.0, 0.25, -2.0, -1.0, -10.0, -20.0, 0.5, 2.0, -0.5]);
+        let log_odds = 0.5 + 0.6f64.ln() + 2.5 - 0.2 - 0.1 - 0.1 - 0.02 + 0.5 * 61f64.ln() + 2.0 * 0.05f64.ln()
+            - 0.5 * 0.1f64.ln();
         assert!((calibration.confidence(&GOOD) - 1.0 / (1.0 + (-log_odds).exp())).abs() < 1e-12);
     }
 

@@ -54,6 +54,13 @@ impl VerdictConfig {
         }
     }
 
+    pub(crate) fn min_stiffness(&self) -> f64 {
+        match self {
+            VerdictConfig::AContrario(c) => c.min_stiffness,
+            VerdictConfig::Dense(c) => c.min_stiffness,
+        }
+    }
+
     pub(crate) fn judge(&self, evident: &Evident<'_>) -> Judgement {
         let better = |score: f64, best: f64| score > best;
         let predictors = evident.predictors();
@@ -89,6 +96,7 @@ impl Evident<'_> {
             runner_up: if best > 0.0 { (second / best).min(1.0) } else { 1.0 },
             log10_false_alarms: self.significance.log10_false_alarms,
             stiffness: self.hold.stiffness[0],
+            normal_angle: ranked.agreement.normal_angle,
         })
     }
 
@@ -114,8 +122,8 @@ impl Evident<'_> {
     }
 }
 
-/// Confidence in a pose that the geometry leaves open.
-const SLIDING_CONFIDENCE: f64 = 0.1;
+/// Confidence in a pose that the geometry leaves open, at most.
+pub const SLIDING_CONFIDENCE: f64 = 0.1;
 
 impl DenseVerdictConfig {
     /// Confidence, and doubt where it is too little.
