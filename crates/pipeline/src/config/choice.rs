@@ -209,7 +209,7 @@ impl DenseVerdictConfig {
 impl Default for DenseVerdictConfig {
     fn default() -> Self {
         DenseVerdictConfig {
-            min_confidence: 0.6,
+            min_confidence: 0.8,
             min_stiffness: MIN_STIFFNESS,
             rival_score: 0.8,
             rival_alone: 0.2,

@@ -32,15 +32,13 @@ pub struct Predictors {
 pub const N_TERMS: usize = 9;
 /// Scores below this are all the same.
 const MIN_SCORE: f64 = 1e-3;
-/// Powers of ten by which random poses are excluded count from three too many to ten too few.
-const POWERS_OF_TEN: [f64; 2] = [-3.0, 10.0];
+/// More powers of ten of random poses than this are all the same.
+const MAX_LOG10_RANDOM_POSES: f64 = 3.0;
 /// Residuals above this, `pr`, are all the same.
 pub const MAX_RESIDUAL_PR: f64 = 2.0;
 
 /// Directions looser than this are all the same.
 const MIN_STIFFNESS: f64 = 1e-4;
-/// Angles below this, radians, are all the same.
-const MIN_NORMAL_ANGLE: f64 = 0.01;
 
 /// Normals that disagree say how noisy the scans are, and so how far apart right surfaces may lie; shares above this say no
 /// more.
@@ -52,14 +50,14 @@ impl Predictors {
     pub fn terms(&self) -> [f64; N_TERMS] {
         [
             self.score.max(MIN_SCORE).ln(),
-            (-self.log10_false_alarms).clamp(POWERS_OF_TEN[0], POWERS_OF_TEN[1]),
+            self.log10_false_alarms.clamp(0.0, MAX_LOG10_RANDOM_POSES),
             self.residual_pr,
             self.runner_up,
             self.disagreeing.min(MAX_DISAGREEING),
             self.contradictions,
             (-self.log10_false_alarms).max(0.0).ln_1p(),
             self.stiffness.max(MIN_STIFFNESS).ln(),
-            self.normal_angle.max(MIN_NORMAL_ANGLE).ln(),
+            self.normal_angle,
         ]
     }
 }
@@ -72,8 +70,8 @@ pub struct Calibration {
     pub intercept: f64,
     /// Per natural logarithm of the score.
     pub ln_score: f64,
-    /// Per power of ten by which random poses are excluded.
-    pub power_of_ten: f64,
+    /// Per power of ten of random poses that have as many inliers; nothing where there is less than one.
+    pub log10_random_poses: f64,
     /// Per `pr` of mean distance where the surfaces touch.
     pub residual: f64,
     /// Per share of the best score that the best really different pose has.
@@ -82,13 +80,13 @@ pub struct Calibration {
     pub disagreeing: f64,
     /// Per share of points that contradict.
     pub contradictions: f64,
-    /// Per natural logarithm of the powers of ten by which random poses are excluded, one more: beyond the first few they go on to
-    /// say something, but ever less.
+    /// Per natural logarithm of the powers of ten by which random poses are excluded, one more: each says less than the one before.
     pub ln_powers_of_ten: f64,
     /// Per natural logarithm of the stiffness of the loosest direction.
     pub ln_stiffness: f64,
-    /// Per natural logarithm of the mean angle between the normals where the surfaces touch.
-    pub ln_normal_angle: f64,
+    /// Per radian of mean angle between the normals where the surfaces touch: like the share that disagree, it says how noisy the
+    /// scans are, and so how far apart right surfaces may lie.
+    pub normal_angle: f64,
 }
 
 impl Calibration {
@@ -97,26 +95,26 @@ impl Calibration {
     pub fn new(intercept: f64, weights: [f64; N_TERMS]) -> Calibration {
         let [
             ln_score,
-            power_of_ten,
+            log10_random_poses,
             residual,
             runner_up,
             disagreeing,
             contradictions,
             ln_powers_of_ten,
             ln_stiffness,
-            ln_normal_angle,
+            normal_angle,
         ] = weights;
         Calibration {
             intercept,
             ln_score,
-            power_of_ten,
+            log10_random_poses,
             residual,
             runner_up,
             disagreeing,
             contradictions,
             ln_powers_of_ten,
             ln_stiffness,
-            ln_normal_angle,
+            normal_angle,
         }
     }
 
@@ -125,14 +123,14 @@ impl Calibration {
     pub fn weights(&self) -> [f64; N_TERMS] {
         [
             self.ln_score,
-            self.power_of_ten,
+            self.log10_random_poses,
             self.residual,
             self.runner_up,
             self.disagreeing,
             self.contradictions,
             self.ln_powers_of_ten,
             self.ln_stiffness,
-            self.ln_normal_angle,
+            self.normal_angle,
         ]
     }
 
@@ -174,9 +172,10 @@ mod tests {
 
     #[test]
     fn confidence_is_the_logistic_function_of_the_weighted_terms() {
-        let calibration = Calibration::new(0.5, [1.0, 0.25, -2.0, -1.0, -10.0, -20.0, 0.5, 2.0, -0.5]);
+        let calibration = Calibration::new(0.5, [1.0, -0.25, -2.0, -1.0, -10.0, -20.0, 0.5, 2.0, 3.0]);
         let log_odds = 0.5 + 0.6f64.ln() + 2.5 - 0.2 - 0.1 - 0.1 - 0.02 + 0.5 * 61f64.ln() + 2.0 * 0.05f64.ln()
-            - 0.5 * 0.1f64.ln();
+            - 0.5 * 0.1f64.ln()
+            + 0.3;
         assert!((calibration.confidence(&GOOD) - 1.0 / (1.0 + (-log_odds).exp())).abs() < 1e-12);
     }
 
