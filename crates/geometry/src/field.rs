@@ -9,6 +9,9 @@ use rustc_hash::FxHashMap;
 const MAX_CELLS: f64 = 1.6e7;
 const NOTHING: u32 = u32::MAX;
 
+/// Points that are looked up together.
+const BLOCK: usize = 64;
+
 /// For every cell near a cloud, a point near to the cell's centre.
 ///
 /// Of the points in one cell only the one nearest to its centre is remembered, and a query is answered for the centre
@@ -16,6 +19,7 @@ const NOTHING: u32 = u32::MAX;
 /// time proportional to occupied cells × (reach / cell)³.
 pub struct NearestField {
     grid: Grid,
+    /// By the number of the cell, and nothing after the last.
     nearest: Vec<u32>,
 }
 
@@ -24,8 +28,8 @@ impl NearestField {
     #[must_use]
     pub fn new(points: &[Point], cell: f64, reach: f64) -> Self {
         let grid = Grid::around(points, cell, reach, MAX_CELLS);
-        let mut nearest = vec![NOTHING; grid.n_cells()];
-        let mut distance_sq = vec![f32::INFINITY; nearest.len()];
+        let mut nearest = vec![NOTHING; grid.n_cells() + 1];
+        let mut distance_sq = vec![f32::INFINITY; grid.n_cells()];
         for number in representatives(&grid, points) {
             let place = grid.place(&points[number as usize]);
             stamp((&grid, &mut nearest, &mut distance_sq), number, place, reach as f32 / grid.side);
@@ -34,42 +38,43 @@ impl NearestField {
     }
 
     /// A point near to the middle of the cell that `query` is in; `None` beyond the reach.
-    #[inline]
     #[must_use]
     pub fn nearest(&self, query: &Point) -> Option<u32> {
-        let mut at = [0usize; 3];
-        for axis in 0..3 {
-            let place = (query[axis] - self.grid.low[axis]) / self.grid.side;
-            if !(place >= 0.0 && place < self.grid.size[axis] as f32) {
-                return None;
-            }
-            at[axis] = place as usize;
-        }
-        let found = self.nearest[self.grid.number(at)];
-        (found != NOTHING).then_some(found)
+        let mut found = [None];
+        self.nearest_each(&[*query], &mut found);
+        found[0]
     }
-}
 
-impl NearestField {
-    /// The same for many points at once: all cells are known before the first is looked into, so that their memory is waited
-    /// for once.
+    /// The same for many points. Where they are looked up is known of many before the first is waited for: nearly all of the
+    /// time is that of the memory.
     ///
     /// # Panics
     /// Where `found` is shorter than `queries`.
     pub fn nearest_each(&self, queries: &[Point], found: &mut [Option<u32>]) {
         let found = &mut found[..queries.len()];
-        if self.nearest.is_empty() {
-            return found.fill(None);
+        let mut cells = [0; BLOCK];
+        for (queries, found) in queries.chunks(BLOCK).zip(found.chunks_mut(BLOCK)) {
+            number_cells(&self.grid, queries, &mut cells);
+            for (found, &cell) in found.iter_mut().zip(&cells) {
+                let nearest = self.nearest[cell as usize];
+                *found = (nearest != NOTHING).then_some(nearest);
+            }
         }
-        let last = self.grid.size.map(|n| n - 1);
-        for (query, found) in queries.iter().zip(found) {
-            let place = self.grid.place(query);
-            let inside = (0..3).all(|axis| (place[axis] >= 0.0) & (place[axis] < self.grid.size[axis] as f32));
-            // Rounded towards zero, and nought for what is no number.
-            let at = std::array::from_fn(|axis| (place[axis] as u32 as usize).min(last[axis]));
-            let nearest = self.nearest[self.grid.number(at)];
-            *found = (inside && nearest != NOTHING).then_some(nearest);
-        }
+    }
+}
+
+/// Numbers of the cells that points are in; that after the last for a point in none.
+#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
+fn number_cells(grid: &Grid, points: &[Point], cells: &mut [u32]) {
+    let size = grid.size.map(|n| n as u32);
+    let outside = grid.n_cells() as u32;
+    for (cell, point) in cells.iter_mut().zip(points) {
+        let place = grid.place(point);
+        let inside = (0..3).fold(true, |all, axis| all & (place[axis] >= 0.0) & (place[axis] < size[axis] as f32));
+        // Rounded towards zero; far out it is cut off, and not used.
+        let [x, y, z] = place.map(|v| v as i32 as u32);
+        let number = z.wrapping_mul(size[1]).wrapping_add(y).wrapping_mul(size[0]).wrapping_add(x);
+        *cell = if inside { number } else { outside };
     }
 }
 

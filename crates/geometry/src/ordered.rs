@@ -86,6 +86,11 @@ impl OrderedPoints {
         best.map(|(distance_sq, place)| Neighbor { index: self.cells.order()[place], distance_sq })
     }
 
+    /// Side of the cells that was asked for, data units.
+    pub(crate) fn side(&self) -> f64 {
+        self.side
+    }
+
     /// Visits every point at most `radius` away (inclusive), by its place in the order, ascending, and its squared distance.
     #[inline]
     pub fn within(&self, query: &Point, radius: f64, mut visit: impl FnMut(usize, f32)) {
@@ -166,7 +171,7 @@ pub(crate) fn growing(first: f64) -> impl Iterator<Item = f64> {
 }
 
 #[inline]
-fn distance_sq(a: &Point, b: &Point) -> f32 {
+pub(crate) fn distance_sq(a: &Point, b: &Point) -> f32 {
     let offset: Point = std::array::from_fn(|axis| a[axis] - b[axis]);
     offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2]
 }

@@ -122,9 +122,15 @@ impl Tally {
         for block in chosen.chunks(BLOCK) {
             points.iter_mut().zip(block).for_each(|(point, &i)| *point = pose.moved(&moving.points()[i]));
             fixed.near.nearest_each(&points[..block.len()], &mut found);
-            for ((&i, point), &found) in block.iter().zip(&points).zip(&found) {
-                tally.add(point, &pose.turned(&moving.normals()[i]), found, fixed, rule);
+            // The points that are left are moved to the front.
+            let mut n_off = 0;
+            for (at, &i) in block.iter().enumerate() {
+                let point = points[at];
+                points[n_off] = point;
+                let turned = || pose.turned(&moving.normals()[i]);
+                n_off += usize::from(!tally.is_near(&point, turned, found[at], fixed.surface, rule));
             }
+            tally.contradict(&points[..n_off], &mut found, fixed, rule);
         }
         tally
     }
@@ -133,24 +139,36 @@ impl Tally {
         if self.points > 0.0 { pick(self) / self.points } else { 0.0 }
     }
 
-    /// `found` is near to the point, if anything is.
-    fn add(&mut self, point: &Point, normal: &Point, found: Option<u32>, fixed: &DenseSurface<'_>, rule: &DenseRule) {
-        let reach = rule.overlap_distance as f32;
-        if let Some(found) = found {
-            let (offset, other) =
-                (minus(point, &fixed.surface.points()[found as usize]), &fixed.surface.normals()[found as usize]);
-            let distance_sq = dot(&offset, &offset);
-            if distance_sq < reach * reach {
-                self.touch(dot(&offset, other).abs(), dot(normal, other), rule);
-                return;
-            }
-            if distance_sq < 4.0 * reach * reach {
-                return;
-            }
+    /// Whether a point is so near to the surface that it contradicts nothing; `found` is close to it, if anything is.
+    #[inline]
+    fn is_near(
+        &mut self,
+        point: &Point,
+        normal: impl Fn() -> Point,
+        found: Option<u32>,
+        fixed: &Surface,
+        rule: &DenseRule,
+    ) -> bool {
+        let Some(found) = found.map(|found| found as usize) else { return false };
+        let reach_sq = (rule.overlap_distance as f32).powi(2);
+        let offset = minus(point, &fixed.points()[found]);
+        let distance_sq = dot(&offset, &offset);
+        if distance_sq < reach_sq {
+            let other = &fixed.normals()[found];
+            self.touch(dot(&offset, other).abs(), dot(&normal(), other), rule);
         }
-        self.hovering += f64::from(u8::from(hovers(point, fixed, rule)));
-        let hides = fixed.depth.as_ref().is_some_and(|image| image.hides(point, rule.occlusion_depth as f32));
-        self.occluding += f64::from(u8::from(hides));
+        distance_sq < 4.0 * reach_sq
+    }
+
+    /// Points that are off the surface: do they float before it, or hide it?
+    fn contradict(&mut self, points: &[Point], found: &mut [Option<u32>], fixed: &DenseSurface<'_>, rule: &DenseRule) {
+        fixed.far.nearest_each(points, found);
+        let hovering = points.iter().zip(found).filter(|(point, found)| hovers(point, **found, fixed.surface, rule));
+        self.hovering += hovering.count() as f64;
+        if let Some(image) = &fixed.depth {
+            let hiding = points.iter().filter(|point| image.hides(point, rule.occlusion_depth as f32));
+            self.occluding += hiding.count() as f64;
+        }
     }
 
     fn touch(&mut self, plane_distance: f32, cosine: f32, rule: &DenseRule) {
@@ -167,13 +185,13 @@ impl Tally {
 }
 
 /// Only the front counts: behind a surface there may well be more of the object, which its scan could not see.
-fn hovers(point: &Point, fixed: &DenseSurface<'_>, rule: &DenseRule) -> bool {
-    let Some(found) = fixed.far.nearest(point) else { return false };
-    let offset = minus(point, &fixed.surface.points()[found as usize]);
+fn hovers(point: &Point, found: Option<u32>, fixed: &Surface, rule: &DenseRule) -> bool {
+    let Some(found) = found.map(|found| found as usize) else { return false };
+    let offset = minus(point, &fixed.points()[found]);
     let distance = dot(&offset, &offset).sqrt();
     distance >= rule.hover_from as f32
         && distance <= rule.hover_to as f32
-        && dot(&offset, &fixed.surface.normals()[found as usize]) > HOVER_COSINE * distance
+        && dot(&offset, &fixed.normals()[found]) > HOVER_COSINE * distance
 }
 
 fn minus(a: &Point, b: &Point) -> Point {

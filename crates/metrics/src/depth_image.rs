@@ -10,7 +10,7 @@ const MIN_SEEN: usize = 6;
 /// Points beside or behind the scanner, as a share of the median depth, are left out.
 const MIN_DEPTH: f32 = 0.05;
 
-/// Smallest depth in each pixel of a perspective picture.
+/// A perspective picture of how near the closest thing is that was seen around each pixel.
 pub struct DepthImage {
     viewpoint: Point,
     /// Right, down, forward.
@@ -19,7 +19,8 @@ pub struct DepthImage {
     pixel: f32,
     corner: [f32; 2],
     size: [usize; 2],
-    depth: Vec<f32>,
+    /// Smallest depth among the nine pixels around each, and nothing (minus infinity) where the scanner hardly looked.
+    front: Vec<f32>,
     nearest: f32,
 }
 
@@ -39,7 +40,7 @@ impl DepthImage {
             pixel: 1.0,
             corner: [0.0; 2],
             size: [0; 2],
-            depth: Vec::new(),
+            front: Vec::new(),
             nearest: 0.0,
         };
         image.expose(points, pixel as f32);
@@ -49,14 +50,7 @@ impl DepthImage {
     /// Whether a point lies more than `by` in front of all that was seen around its place in the picture.
     #[must_use]
     pub fn hides(&self, point: &Point, by: f32) -> bool {
-        let Some(([x, y], depth)) = self.project(point) else { return false };
-        if x == 0 || y == 0 || x + 1 >= self.size[0] || y + 1 >= self.size[1] {
-            return false;
-        }
-        let around = (y - 1..=y + 1).flat_map(|row| (x - 1..=x + 1).map(move |column| (row, column)));
-        let seen = around.map(|(row, column)| self.depth[row * self.size[0] + column]).filter(|d| d.is_finite());
-        let (count, front) = seen.fold((0, f32::INFINITY), |(count, front), d| (count + 1, front.min(d)));
-        count >= MIN_SEEN && depth < front - by
+        self.project(point).is_some_and(|(pixel, depth)| depth < self.front[pixel] - by)
     }
 
     fn expose(&mut self, points: &[Point], pixel: f32) {
@@ -71,12 +65,11 @@ impl DepthImage {
         }
         self.nearest = MIN_DEPTH * median;
         self.frame(points, pixel / median);
-        for point in points {
-            if let Some(([x, y], depth)) = self.project(point) {
-                let at = &mut self.depth[y * self.size[0] + x];
-                *at = at.min(depth);
-            }
+        let mut depth = vec![f32::INFINITY; self.size[0] * self.size[1]];
+        for (pixel, away) in points.iter().filter_map(|point| self.project(point)) {
+            depth[pixel] = depth[pixel].min(away);
         }
+        self.front = fronts(&depth, self.size[0]);
     }
 
     /// Chooses the corner, the size and, for a very wide view, coarser pixels.
@@ -97,7 +90,6 @@ impl DepthImage {
         self.pixel = pixel.max(widest / MAX_SIDE as f32).max(f32::MIN_POSITIVE);
         self.corner = low.map(|v| v - self.pixel);
         self.size = std::array::from_fn(|axis| ((high[axis] - low[axis]) / self.pixel) as usize + 3);
-        self.depth = vec![f32::INFINITY; self.size[0] * self.size[1]];
     }
 
     /// Right, down and forward from the viewpoint.
@@ -106,15 +98,33 @@ impl DepthImage {
         self.axes.each_ref().map(|a| a[0] * offset[0] + a[1] * offset[1] + a[2] * offset[2])
     }
 
-    fn project(&self, point: &Point) -> Option<([usize; 2], f32)> {
+    /// The number of the pixel, and the depth.
+    #[inline]
+    fn project(&self, point: &Point) -> Option<(usize, f32)> {
         let [right, down, depth] = self.seen(point);
-        if self.depth.is_empty() || depth <= self.nearest {
+        if depth <= self.nearest {
             return None;
         }
         let place = [(right / depth - self.corner[0]) / self.pixel, (down / depth - self.corner[1]) / self.pixel];
         let inside = (0..2).all(|axis| place[axis] >= 0.0 && place[axis] < self.size[axis] as f32);
-        inside.then(|| (place.map(|v| v as usize), depth))
+        inside.then(|| (place[1] as usize * self.size[0] + place[0] as usize, depth))
     }
+}
+
+/// Of each pixel of a picture that is `width` wide; nothing at its rim.
+fn fronts(depth: &[f32], width: usize) -> Vec<f32> {
+    let mut fronts = vec![f32::NEG_INFINITY; depth.len()];
+    for pixel in width..depth.len().saturating_sub(width) {
+        if pixel % width == 0 || (pixel + 1) % width == 0 {
+            continue;
+        }
+        let rows = [pixel - width, pixel, pixel + width].map(|middle| &depth[middle - 1..middle + 2]);
+        let seen = rows.iter().copied().flatten().filter(|depth| depth.is_finite()).count();
+        if seen >= MIN_SEEN {
+            fronts[pixel] = rows.iter().copied().flatten().copied().fold(f32::INFINITY, f32::min);
+        }
+    }
+    fronts
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! One attempt: every stage of the chain once, in order.
 
-use crate::memory::{Memory, Sampled, Setting};
+use crate::memory::{Memory, Sampled, Search, Setting};
 use crate::preparation::sample;
 use crate::prior::Bounds;
 use crate::ranking::{Fields, Ranked, Ranking};
@@ -177,16 +177,21 @@ impl Chain<'_, '_> {
     fn pool(&mut self, surfaces: &Pair<Surface>, evidence: &Evidence) -> Result<Vec<Hypothesis>, Failure> {
         let (config, resolution) = (self.config, self.resolution);
         let (bounds, proposals) = (self.bounds, self.proposals);
-        let pool = self.clock.time(Stage::Estimation, || {
-            let pool = match proposals {
-                Proposals::Searched => stages::estimate_within(bounds, surfaces, evidence, config, resolution),
-                Proposals::Guessed => stages::Pool::default(),
-            };
-            let guessed = guessed(bounds, surfaces, resolution);
-            if guessed.is_empty() {
-                return pool;
-            }
-            stages::with_given(pool, &guessed, surfaces, evidence, config, resolution)
+        let search = Search::new(config, self.signs);
+        let pool = self.memory.pools.get(&search).unwrap_or_else(|| {
+            let pool = self.clock.time(Stage::Estimation, || {
+                let pool = match proposals {
+                    Proposals::Searched => stages::estimate_within(bounds, surfaces, evidence, config, resolution),
+                    Proposals::Guessed => stages::Pool::default(),
+                };
+                let guessed = guessed(bounds, surfaces, resolution);
+                if guessed.is_empty() {
+                    return pool;
+                }
+                stages::with_given(pool, &guessed, surfaces, evidence, config, resolution)
+            });
+            self.memory.pools.keep(search, &pool);
+            pool
         });
         self.counts.trials = pool.trials;
         self.counts.poses = pool.hypotheses.len();
@@ -204,9 +209,12 @@ impl Chain<'_, '_> {
         let viewpoints = prepared.trusted_viewpoints();
         let poses: Vec<RigidTransform> = pool.iter().map(|h| h.target_from_source).collect();
         let fields = self.fields(&prepared.surfaces, dense);
+        let search = Search::new(self.config, self.signs);
         let (ranking, ranked) = self.clock.time(Stage::Ranking, || {
             let ranking = Ranking::new(&prepared.surfaces, &fields, &viewpoints, dense, self.bounds, resolution);
-            let ranked = ranking.rank(&poses);
+            let mut order = self.memory.orders.get(&search).unwrap_or_else(|| ranking.order(&poses));
+            let ranked = ranking.best(&mut order);
+            self.memory.orders.keep(search, &order);
             (ranking, ranked)
         });
         let best = ranked[0];

@@ -1,9 +1,11 @@
 //! What the attempts at one pair share: a stage whose settings are the same is not run again.
 
 use crate::chain::Prepared;
-use crate::ranking::Fields;
+use crate::ranking::{Fields, Order};
+use crate::stages::Pool;
 use crate::{Pair, PipelineConfig, SamplingConfig, Signs};
 use congruent_descriptors::{DescriptorConfig, Features};
+use congruent_estimators::EstimatorConfig;
 use congruent_keypoints::Keypoint;
 use congruent_matching::Correspondence;
 use std::sync::Arc;
@@ -16,6 +18,8 @@ pub(crate) struct Memory {
     pub(crate) fields: Known<SamplingConfig, Pair<Arc<Fields>>>,
     pub(crate) described: Known<Setting, (Pair<Vec<Keypoint>>, Pair<Features>)>,
     pub(crate) matches: Known<Setting, Vec<Correspondence>>,
+    pub(crate) pools: Known<Search, Pool>,
+    pub(crate) orders: Known<Search, Order>,
 }
 
 /// Surfaces and the lengths that go with them.
@@ -40,6 +44,21 @@ impl Setting {
     }
 }
 
+/// What the pool of poses depends on.
+#[derive(Clone, PartialEq)]
+pub(crate) struct Search {
+    setting: Setting,
+    estimator: EstimatorConfig,
+    poses: usize,
+}
+
+impl Search {
+    pub(crate) fn new(config: &PipelineConfig, signs: Signs) -> Self {
+        let (estimator, poses) = (config.estimator.clone(), config.pool.poses);
+        Search { setting: Setting::new(config, signs), estimator, poses }
+    }
+}
+
 /// A short list of things made, by what they were made for.
 pub(crate) struct Known<K, V>(Vec<(K, V)>);
 
@@ -54,7 +73,9 @@ impl<K: PartialEq, V: Clone> Known<K, V> {
         self.0.iter().find(|(known, _)| known == key).map(|(_, value)| value.clone())
     }
 
+    /// In place of what was kept for the same.
     pub(crate) fn keep(&mut self, key: K, value: &V) {
+        self.0.retain(|(known, _)| *known != key);
         self.0.push((key, value.clone()));
     }
 }

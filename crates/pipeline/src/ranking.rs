@@ -57,6 +57,13 @@ pub(crate) struct Ranked {
     pub(crate) agreement: DenseAgreement,
 }
 
+/// A pool in the order that the surfaces give it as it is, and the first of it refined, as far as anybody asked.
+#[derive(Clone)]
+pub(crate) struct Order {
+    promising: Vec<Ranked>,
+    refined: Vec<Ranked>,
+}
+
 impl<'a> Ranking<'a> {
     /// `viewpoints` are where the scans were taken from, where a single viewpoint can be trusted.
     pub(crate) fn new(
@@ -75,15 +82,22 @@ impl<'a> Ranking<'a> {
         Ranking { config, bounds, resolution, surfaces }
     }
 
-    /// The best of a pool: all are looked at, the better ones refined and looked at again. Best first.
-    pub(crate) fn rank(&self, poses: &[RigidTransform]) -> Vec<Ranked> {
+    /// Looks at all poses of a pool as they are.
+    pub(crate) fn order(&self, poses: &[RigidTransform]) -> Order {
         let rough = self.config.rough_rule(self.resolution);
         let mut promising: Vec<Ranked> = poses.par_iter().map(|pose| self.judged(pose, &rough)).collect();
         sort(&mut promising);
-        promising.truncate(self.config.refined.max(1));
-        let mut refined: Vec<Ranked> = promising.par_iter().map(|ranked| self.refined(ranked)).collect();
-        sort(&mut refined);
-        refined
+        Order { promising, refined: Vec::new() }
+    }
+
+    /// The most promising poses, refined and looked at again; best first.
+    pub(crate) fn best(&self, order: &mut Order) -> Vec<Ranked> {
+        let wanted = self.config.refined.max(1).min(order.promising.len());
+        let known = order.refined.len().min(wanted);
+        order.refined.par_extend(order.promising[known..wanted].par_iter().map(|ranked| self.refined(ranked)));
+        let mut best = order.refined[..wanted].to_vec();
+        sort(&mut best);
+        best
     }
 
     /// Poses that are really different from the answer and from each other, best first.

@@ -4,12 +4,12 @@ use crate::equations::{Equations, applied};
 use crate::pairing::{Pairing, Touch};
 use crate::uncertainty::uncertainty;
 use crate::{Freedom, Nearest, Refinement};
-use congruent_geometry::{RigidTransform, Surface, wide};
+use congruent_geometry::{LastSeen, RigidTransform, Surface, wide};
 use nalgebra::Vector6;
 use rayon::prelude::*;
 
 /// Points whose sums one thread makes at a time; fixed, so that the order of additions is too.
-const CHUNK: usize = 1024;
+pub(crate) const CHUNK: usize = 1024;
 /// Share of the rounds over which the radius shrinks.
 const SHRINKING: f64 = 0.7;
 /// The robust support of a pose may not fall below this share of what it was.
@@ -69,13 +69,15 @@ impl Schedule {
     pub(crate) fn descend(&self, scene: Scene<'_>, distance: &impl Distance, start: &RigidTransform) -> RigidTransform {
         let reach = scene.source.points().iter().map(|p| wide(*p).norm()).fold(0.0, f64::max);
         let stride = self.stride(scene);
+        let subset = |offset| Subset::new(scene.source.len(), offset, stride);
+        let mut subsets: Vec<Subset> = (0..stride.min(self.rounds)).map(subset).collect();
         let mut pose = *start;
         for round in 0..self.rounds {
             let progress = (round as f64 / (SHRINKING * self.rounds as f64)).min(1.0);
             let radius = self.start_radius * (self.end_radius / self.start_radius).powf(progress);
             // Another subset every time: together they are the whole surface.
             let pairing = self.pairing(scene, &pose, radius);
-            let Some(step) = sums(&pairing, distance, round % stride, stride).step(self.freedom) else { break };
+            let Some(step) = subsets[round % stride].sums(&pairing, distance).step(self.freedom) else { break };
             let moved = movement(&step, &pose, reach);
             pose = applied(&step, &pose);
             if progress >= 1.0 && moved < self.tolerance {
@@ -91,7 +93,8 @@ impl Schedule {
     }
 
     fn touching(&self, scene: Scene<'_>, distance: &impl Distance, pose: &RigidTransform) -> Equations {
-        sums(&self.pairing(scene, pose, self.end_radius), distance, 0, self.stride(scene))
+        Subset::new(scene.source.len(), 0, self.stride(scene))
+            .sums(&self.pairing(scene, pose, self.end_radius), distance)
     }
 
     fn stride(&self, scene: Scene<'_>) -> usize {
@@ -104,19 +107,32 @@ impl Schedule {
     }
 }
 
-/// Sums over every `stride`-th point, in an order that does not depend on threads.
-fn sums(pairing: &Pairing<'_>, distance: &impl Distance, offset: usize, stride: usize) -> Equations {
-    let chosen: Vec<usize> = (offset..pairing.source.len()).step_by(stride).collect();
-    let one_chunk = |indices: &[usize]| {
-        let mut equations = Equations::default();
-        indices.iter().filter_map(|&i| pairing.touch(i)).for_each(|touch| distance.add(&mut equations, &touch));
-        equations
-    };
-    if chosen.len() <= CHUNK {
-        return one_chunk(&chosen);
+/// Every `stride`-th point of the source, and what each of them has seen the last time.
+struct Subset {
+    points: Vec<usize>,
+    last: Vec<LastSeen>,
+}
+
+impl Subset {
+    fn new(n_points: usize, offset: usize, stride: usize) -> Self {
+        let points: Vec<usize> = (offset..n_points).step_by(stride).collect();
+        Subset { last: vec![LastSeen::default(); points.len()], points }
     }
-    let parts: Vec<Equations> = chosen.par_chunks(CHUNK).map(one_chunk).collect();
-    parts.into_iter().fold(Equations::default(), Equations::plus)
+
+    /// In an order that does not depend on threads.
+    fn sums(&mut self, pairing: &Pairing<'_>, distance: &impl Distance) -> Equations {
+        let one_chunk = |(points, last): (&[usize], &mut [LastSeen])| {
+            let mut equations = Equations::default();
+            pairing.each_touch(points, last, |touch| distance.add(&mut equations, &touch));
+            equations
+        };
+        if self.points.len() <= CHUNK {
+            return one_chunk((&self.points, &mut self.last));
+        }
+        let chunks = self.points.par_chunks(CHUNK).zip(self.last.par_chunks_mut(CHUNK));
+        let parts: Vec<Equations> = chunks.map(one_chunk).collect();
+        parts.into_iter().fold(Equations::default(), Equations::plus)
+    }
 }
 
 /// The most that a step moves a point of a source of this reach.

@@ -1,33 +1,38 @@
 //! Where closest points come from.
 
-use congruent_geometry::{NearestField, NeighborIndex, OrderedPoints, Point, Surface};
+use congruent_geometry::{LastSeen, NearestField, NeighborIndex, OrderedPoints, Point, Surface};
 
 /// Cells of the grid that closest points are looked for in are so many times the resolution wide.
 const CELL: f64 = 1.5;
 
-/// Finds the point of the fixed surface that is closest to a moved one.
+/// Finds the points of the fixed surface that are closest to moved ones.
 pub trait Nearest: Sync {
-    /// Its position, or `None` where nothing is within `radius` (data units). What is found may be farther.
-    fn nearest(&self, query: &Point, radius: f64) -> Option<u32>;
+    /// Their positions, or `None` where nothing is within `radius` (data units). What is found may be farther.
+    ///
+    /// `last` is what each of the points has seen under the pose before, if anybody wants to remember it. All three slices are
+    /// equally long.
+    fn nearest_each(&self, queries: &[Point], radius: f64, last: &mut [LastSeen], found: &mut [Option<u32>]);
 }
 
 impl Nearest for NeighborIndex {
-    fn nearest(&self, query: &Point, radius: f64) -> Option<u32> {
-        self.nearest_within(query, radius).map(|neighbor| neighbor.index)
+    fn nearest_each(&self, queries: &[Point], radius: f64, _last: &mut [LastSeen], found: &mut [Option<u32>]) {
+        for (query, found) in queries.iter().zip(found) {
+            *found = self.nearest_within(query, radius).map(|neighbor| neighbor.index);
+        }
     }
 }
 
 impl Nearest for OrderedPoints {
-    #[inline]
-    fn nearest(&self, query: &Point, radius: f64) -> Option<u32> {
-        self.nearest_within(query, radius).map(|neighbor| neighbor.index)
+    fn nearest_each(&self, queries: &[Point], radius: f64, last: &mut [LastSeen], found: &mut [Option<u32>]) {
+        for ((query, last), found) in queries.iter().zip(last).zip(found) {
+            *found = self.nearest_following(query, radius, last);
+        }
     }
 }
 
 impl Nearest for NearestField {
-    #[inline]
-    fn nearest(&self, query: &Point, _radius: f64) -> Option<u32> {
-        NearestField::nearest(self, query)
+    fn nearest_each(&self, queries: &[Point], _radius: f64, _last: &mut [LastSeen], found: &mut [Option<u32>]) {
+        NearestField::nearest_each(self, queries, found);
     }
 }
 

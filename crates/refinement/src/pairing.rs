@@ -1,8 +1,11 @@
 //! Which points touch under a pose.
 
 use crate::Nearest;
-use congruent_geometry::{RigidTransform, Surface, narrow, wide};
+use congruent_geometry::{LastSeen, RigidTransform, Surface, narrow, wide};
 use nalgebra::{Matrix3, Vector3};
+
+/// Points whose closest points are looked up together.
+const BLOCK: usize = 64;
 
 /// A point of the moved source and what it touches; target frame.
 pub(crate) struct Touch {
@@ -57,11 +60,25 @@ impl<'a> Pairing<'a> {
         self.radius
     }
 
-    /// What point `i` of the source touches, if anything.
+    /// Visits what some points of the source touch, in their order. `last` is what each of them has seen under the pose before.
+    pub(crate) fn each_touch(&self, points: &[usize], last: &mut [LastSeen], mut visit: impl FnMut(Touch)) {
+        let (mut moved, mut queries, mut found) = ([Vector3::zeros(); BLOCK], [[0.0; 3]; BLOCK], [None; BLOCK]);
+        for (points, last) in points.chunks(BLOCK).zip(last.chunks_mut(BLOCK)) {
+            let n = points.len();
+            for ((&i, moved), query) in points.iter().zip(&mut moved).zip(&mut queries) {
+                *moved = self.rotation * wide(self.source.points()[i]) + self.shift;
+                *query = narrow(moved);
+            }
+            self.nearest.nearest_each(&queries[..n], self.radius, last, &mut found[..n]);
+            for ((&i, moved), found) in points.iter().zip(&moved).zip(&found) {
+                found.and_then(|found| self.touch(i, moved, found as usize)).into_iter().for_each(&mut visit);
+            }
+        }
+    }
+
+    /// Between a point of the source, moved, and one of the target.
     #[inline]
-    pub(crate) fn touch(&self, i: usize) -> Option<Touch> {
-        let moved = self.rotation * wide(self.source.points()[i]) + self.shift;
-        let found = self.nearest.nearest(&narrow(&moved), self.radius)? as usize;
+    fn touch(&self, i: usize, &moved: &Vector3<f64>, found: usize) -> Option<Touch> {
         let offset = moved - wide(self.target.points()[found]);
         let normal = wide(self.target.normals()[found]);
         let turned = self.rotation * wide(self.source.normals()[i]);

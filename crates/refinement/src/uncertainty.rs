@@ -6,8 +6,10 @@
 //! *H* its derivative (White 1980; Liang and Zeger 1986).
 
 use crate::Freedom;
+use crate::descent::CHUNK;
 use crate::equations::{Equations, MIN_STIFFNESS, row};
 use crate::pairing::{Pairing, Touch};
+use congruent_geometry::LastSeen;
 use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
 use rayon::prelude::*;
 
@@ -66,7 +68,7 @@ impl Uncertainty {
 /// From the pairs under a refined pose, every `stride`-th point; nothing where too little touches to tell.
 pub(crate) fn uncertainty(pairing: &Pairing<'_>, stride: usize, freedom: Freedom) -> Option<Uncertainty> {
     let chosen: Vec<usize> = (0..pairing.source.len()).step_by(stride).collect();
-    let touches: Vec<Touch> = chosen.par_iter().filter_map(|&i| pairing.touch(i)).collect();
+    let touches: Vec<Touch> = chosen.par_chunks(CHUNK).flat_map_iter(|chosen| touches(pairing, chosen)).collect();
     let mut equations = Equations::default();
     touches.iter().for_each(|touch| equations.add_plane(touch));
     let basis = equations.basis_about_middle(freedom)?;
@@ -91,6 +93,12 @@ pub(crate) fn uncertainty(pairing: &Pairing<'_>, stride: usize, freedom: Freedom
     let free_directions =
         allowed.filter(|motion| motion.norm() > ALLOWED).map(|motion| scaled(&motion, spread).normalize()).collect();
     covariance.iter().all(|v| v.is_finite()).then_some(Uncertainty { covariance, about: middle, free_directions })
+}
+
+fn touches(pairing: &Pairing<'_>, points: &[usize]) -> Vec<Touch> {
+    let mut touches = Vec::with_capacity(points.len());
+    pairing.each_touch(points, &mut vec![LastSeen::default(); points.len()], |touch| touches.push(touch));
+    touches
 }
 
 /// A motion with its rotation in radians.

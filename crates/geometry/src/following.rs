@@ -1,0 +1,126 @@
+//! The nearest points of places that move little from one time to the next.
+
+use crate::ordered::distance_sq;
+use crate::{OrderedPoints, Point};
+
+/// A place that has found nothing looks farther by this factor, …
+const WIDER: f64 = 1.3;
+/// … if it has moved by less than this share of the radius: then it will hardly move farther.
+const SETTLED: f64 = 0.05;
+/// Share of a distance by which rounding may change it, and far more.
+const ROUNDING: f32 = 1e-5;
+const NOBODY: u32 = u32::MAX;
+
+/// Where a place was when it was last looked around it, and what that says of the places close by.
+#[derive(Clone, Copy, Debug)]
+pub struct LastSeen {
+    at: Point,
+    nearest: u32,
+    /// With a nearest point: how far it may move until another can be nearer. With none: how far nobody is.
+    free: f32,
+}
+
+impl Default for LastSeen {
+    /// Nothing has been seen.
+    fn default() -> Self {
+        LastSeen { at: [f32::NAN; 3], nearest: NOBODY, free: 0.0 }
+    }
+}
+
+impl OrderedPoints {
+    /// As [`nearest_within`](OrderedPoints::nearest_within), without a search where the place has moved so little that its
+    /// nearest point must be the same, or still out of reach: by the triangle inequality.
+    pub fn nearest_following(&self, query: &Point, radius: f64, last: &mut LastSeen) -> Option<u32> {
+        let moved = distance_sq(&last.at, query).sqrt();
+        // Written so that a NaN is looked for.
+        if last.nearest == NOBODY && moved + radius as f32 <= last.free {
+            return None;
+        }
+        if last.nearest == NOBODY || !(moved <= last.free) {
+            *last = self.seen(query, radius, f64::from(moved) < SETTLED * radius);
+        }
+        let nearest = (last.nearest != NOBODY).then_some(last.nearest as usize)?;
+        let is_near = distance_sq(&self.point(nearest), query) <= radius as f32 * radius as f32;
+        is_near.then(|| self.cells().order()[nearest])
+    }
+
+    fn seen(&self, query: &Point, radius: f64, is_settled: bool) -> LastSeen {
+        let farthest = if is_settled { WIDER * radius } else { radius };
+        let mut reach = self.side().min(radius);
+        loop {
+            let [first, second] = self.two_nearest(query, reach);
+            if let Some((nearest, away)) = first {
+                let second = second.map_or(reach as f32, |(_, away)| away.sqrt().min(reach as f32));
+                let free = 0.5 * (second - away.sqrt()) - ROUNDING * second;
+                return LastSeen { at: *query, nearest: nearest as u32, free };
+            }
+            if reach >= farthest {
+                return LastSeen { at: *query, nearest: NOBODY, free: (1.0 - ROUNDING) * reach as f32 };
+            }
+            reach = if reach < radius { (2.0 * reach).min(radius) } else { farthest };
+        }
+    }
+
+    /// The two nearest points at most `reach` away and their squared distances; of equally near ones the first in order.
+    fn two_nearest(&self, query: &Point, reach: f64) -> [Option<(usize, f32)>; 2] {
+        let mut nearest = [None::<(usize, f32)>; 2];
+        self.within(query, reach, |place, away| {
+            let is_nearer = |than: Option<(usize, f32)>| than.is_none_or(|(_, known)| away < known);
+            if is_nearer(nearest[0]) {
+                nearest = [Some((place, away)), nearest[0]];
+            } else if is_nearer(nearest[1]) {
+                nearest[1] = Some((place, away));
+            }
+        });
+        nearest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Stream;
+
+    /// Places that wander in ever smaller steps find what a search of its own finds.
+    #[test]
+    fn what_is_remembered_is_what_a_search_finds() {
+        let mut stream = Stream::new(5, 0);
+        let mut point = |half: f64| -> Point { std::array::from_fn(|_| stream.between(-half, half) as f32) };
+        let mut points: Vec<Point> = (0..800).map(|_| point(10.0)).collect();
+        points.extend_from_within(..80);
+        let ordered = OrderedPoints::new(&points, 0.8);
+        let mut spared = 0;
+        for _ in 0..400 {
+            let (mut query, mut last) = (point(13.0), LastSeen::default());
+            for round in 0..30 {
+                let radius = [3.0, 2.0, 1.0][round / 10];
+                let before = last.at;
+                let found = ordered.nearest_following(&query, radius, &mut last);
+                assert_eq!(found, ordered.nearest_within(&query, radius).map(|n| n.index));
+                spared += usize::from(last.at == before && before != query);
+                let step = point(0.5 / f64::from(1 << (round / 2)));
+                query = std::array::from_fn(|axis| query[axis] + step[axis]);
+            }
+        }
+        assert!(spared > 6000, "{spared}");
+    }
+
+    #[test]
+    fn a_place_between_two_points_is_always_looked_at() {
+        let ordered = OrderedPoints::new(&[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]], 4.0);
+        let mut last = LastSeen::default();
+        let mut nearest = |x: f32| ordered.nearest_following(&[x, 0.0, 0.0], 9.0, &mut last).unwrap();
+        assert_eq!([0.0, 1e-7, -1e-7, 0.5, 0.1, -0.1].map(|x| nearest(x)), [0, 1, 0, 1, 1, 0]);
+    }
+
+    #[test]
+    fn what_is_no_place_finds_nothing() {
+        let ordered = OrderedPoints::new(&[[0.0; 3]], 1.0);
+        let mut last = LastSeen::default();
+        for query in [[f32::NAN; 3], [f32::INFINITY; 3], [1e30; 3]] {
+            assert_eq!(ordered.nearest_following(&query, 2.0, &mut last), None);
+        }
+        assert_eq!(ordered.nearest_following(&[1.0, 0.0, 0.0], 2.0, &mut last), Some(0));
+        assert_eq!(OrderedPoints::new(&[], 1.0).nearest_following(&[0.0; 3], 2.0, &mut last), None);
+    }
+}
