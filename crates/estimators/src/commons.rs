@@ -1,7 +1,7 @@
 //! How many neighbours the ends of every edge share, counted once.
 
 use crate::Graph;
-use crate::graph::{ones, ones_of};
+use crate::graph::ones;
 use rayon::prelude::*;
 
 /// A number for each edge of a graph, from both of its ends, in the order of the rows.
@@ -33,24 +33,9 @@ impl<'a> Commons<'a> {
         Commons { graph, starts, counts }
     }
 
-    /// The later neighbours of a node, ascending, with the numbers of their edges.
-    pub(crate) fn later(&self, i: usize) -> impl Iterator<Item = (usize, u32)> + '_ {
-        let counts = &self.counts[self.starts[i]..self.starts[i + 1]];
-        ones(self.graph.row(i)).zip(counts.iter().copied()).filter(move |&(j, _)| j > i)
-    }
-
-    /// Visits the neighbours that `i` and `j` share, ascending, with the numbers of the edges from `i` and from `j`.
-    pub(crate) fn each_shared(&self, i: usize, j: usize, mut visit: impl FnMut(usize, [u32; 2])) {
-        let (mut from_i, mut from_j) = (&self.counts[self.starts[i]..], &self.counts[self.starts[j]..]);
-        for (at, (&a, &b)) in self.graph.row(i).iter().zip(self.graph.row(j)).enumerate() {
-            for bit in ones_of(a | b) {
-                let (of_i, of_j) = ((a >> bit & 1) as usize, (b >> bit & 1) as usize);
-                if of_i & of_j == 1 {
-                    visit(at * 64 + bit, [from_i[0], from_j[0]]);
-                }
-                (from_i, from_j) = (&from_i[of_i..], &from_j[of_j..]);
-            }
-        }
+    /// The neighbours of a node, ascending, with the numbers of their edges.
+    pub(crate) fn neighbors(&self, i: usize) -> impl Iterator<Item = (usize, u32)> + '_ {
+        ones(self.graph.row(i)).zip(self.counts[self.starts[i]..self.starts[i + 1]].iter().copied())
     }
 }
 
@@ -65,16 +50,8 @@ mod tests {
         let graph = Graph::new(&evidence, &RULE);
         let commons = Commons::new(&graph);
         for i in 0..graph.len() {
-            let later: Vec<(usize, u32)> =
-                ones(graph.row(i)).filter(|&j| j > i).map(|j| (j, graph.common(i, j))).collect();
-            assert_eq!(commons.later(i).collect::<Vec<_>>(), later);
-            for j in [(i * 7 + 3) % graph.len(), (i + 1) % graph.len()] {
-                let both = ones(graph.row(i)).filter(|&k| ones(graph.row(j)).any(|other| other == k));
-                let expected: Vec<_> = both.map(|k| (k, [graph.common(i, k), graph.common(j, k)])).collect();
-                let mut shared = Vec::new();
-                commons.each_shared(i, j, |k, counts| shared.push((k, counts)));
-                assert_eq!(shared, expected);
-            }
+            let expected: Vec<(usize, u32)> = ones(graph.row(i)).map(|j| (j, graph.common(i, j))).collect();
+            assert_eq!(commons.neighbors(i).collect::<Vec<_>>(), expected);
         }
     }
 }

@@ -27,7 +27,7 @@ pub use config::{
     TwoPointConfig,
 };
 pub use graph::{Compatibility, Graph};
-pub use local_optimisation::optimise;
+pub use local_optimisation::{optimise, optimise_all};
 pub use one_point::OnePoint;
 pub use pivots::Pivots;
 pub use pool::Distinctness;

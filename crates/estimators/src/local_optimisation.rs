@@ -4,8 +4,10 @@
 //! residual (MAE, MSE, LOG-COSH), each weighted fit minimises a bound on the loss from above that touches it at the
 //! present pose, so the score never falls.
 
+use crate::{Distinctness, Hypothesis};
 use congruent_geometry::{RigidTransform, fit_weighted};
 use congruent_metrics::{Evidence, Metric, Score};
+use rayon::prelude::*;
 
 /// Gains below this share of the score end the rounds.
 const MIN_GAIN: f64 = 1e-6;
@@ -18,33 +20,71 @@ pub fn optimise(
     evidence: &Evidence,
     rounds: usize,
 ) -> (RigidTransform, Score) {
-    let mut best = (*start, metric.score(evidence, start));
-    let mut pose = *start;
-    let mut residuals_sq = Vec::new();
+    let score = metric.score(evidence, start);
+    let mut climb = Climb::new(Hypothesis { target_from_source: *start, score, trial: 0 });
     for _ in 0..rounds {
-        let Some(next) = refit(&pose, metric, evidence, &mut residuals_sq) else { break };
-        let score = metric.score(evidence, &next);
-        let gain = score.value() - best.1.value();
-        if score > best.1 {
-            best = (next, score);
-        }
-        if gain <= MIN_GAIN * best.1.value().abs() {
-            break;
-        }
-        pose = next;
+        climb.step(metric, evidence);
     }
-    best
+    (climb.best.target_from_source, climb.best.score)
 }
 
-/// One weighted fit; the buffer is used again.
-fn refit(
-    pose: &RigidTransform,
+/// Raises the scores of many poses side by side, best first at the end. Poses that come together are followed once: by the
+/// best of them.
+///
+/// The scores of the hypotheses are those of `metric`; of equals the lower trial comes first.
+#[must_use]
+pub fn optimise_all(
+    starts: Vec<Hypothesis>,
     metric: &dyn Metric,
     evidence: &Evidence,
-    residuals_sq: &mut Vec<f32>,
-) -> Option<RigidTransform> {
-    evidence.residuals_sq(pose, residuals_sq);
-    let weights = metric.weights(residuals_sq);
+    rounds: usize,
+    distinctness: &Distinctness,
+) -> Vec<Hypothesis> {
+    let mut climbs: Vec<Climb> = starts.into_iter().map(Climb::new).collect();
+    for _ in 0..rounds {
+        climbs.par_iter_mut().for_each(|climb| climb.step(metric, evidence));
+        climbs.sort_by(|a, b| b.best.score.cmp(&a.best.score).then(a.best.trial.cmp(&b.best.trial)));
+        climbs = distinctness.distinct_by(climbs, |climb| &climb.best.target_from_source, usize::MAX);
+    }
+    climbs.into_iter().map(|climb| climb.best).collect()
+}
+
+/// A pose on its way up.
+struct Climb {
+    best: Hypothesis,
+    pose: RigidTransform,
+    /// The last fit has gained next to nothing.
+    is_done: bool,
+}
+
+impl Climb {
+    fn new(start: Hypothesis) -> Self {
+        Climb { best: start, pose: start.target_from_source, is_done: false }
+    }
+
+    fn step(&mut self, metric: &dyn Metric, evidence: &Evidence) {
+        if self.is_done {
+            return;
+        }
+        let Some(next) = refit(&self.pose, metric, evidence) else {
+            self.is_done = true;
+            return;
+        };
+        let score = metric.score(evidence, &next);
+        let gain = score.value() - self.best.score.value();
+        if score > self.best.score {
+            self.best = Hypothesis { target_from_source: next, score, ..self.best };
+        }
+        self.is_done = gain <= MIN_GAIN * self.best.score.value().abs();
+        self.pose = next;
+    }
+}
+
+/// One weighted fit.
+fn refit(pose: &RigidTransform, metric: &dyn Metric, evidence: &Evidence) -> Option<RigidTransform> {
+    let mut residuals_sq = Vec::new();
+    evidence.residuals_sq(pose, &mut residuals_sq);
+    let weights = metric.weights(&residuals_sq);
     let counted = weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0);
     fit_weighted(counted.map(|(i, weight)| (evidence.source(i), evidence.target(i), *weight)))
 }

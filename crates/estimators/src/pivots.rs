@@ -34,8 +34,7 @@ impl<'a> Pivots<'a> {
     pub fn new(evidence: &'a Evidence, graph: &Graph, limit: usize) -> Self {
         let commons = Commons::new(graph);
         let pivots = pivots(graph.len(), &commons, limit);
-        let triangles = pivots.par_iter().flat_map_iter(|edge| triangles(&commons, edge)).collect();
-        Pivots { evidence, triangles }
+        Pivots { evidence, triangles: triangles(graph.len(), &commons, &pivots) }
     }
 }
 
@@ -55,41 +54,67 @@ impl HypothesisGenerator for Pivots<'_> {
 fn pivots(n: usize, commons: &Commons<'_>, limit: usize) -> Vec<Edge> {
     let by_node: Vec<Vec<Edge>> = (0..n).into_par_iter().map(|i| best_edges(commons, i)).collect();
     let mut firsts: Vec<Edge> = by_node.iter().filter_map(|edges| edges.first().copied()).collect();
-    rank(&mut firsts);
-    firsts.truncate(limit / 2);
+    keep_best(&mut firsts, limit / 2);
     let mut others: Vec<Edge> = by_node.iter().flat_map(|edges| edges.iter().skip(1).copied()).collect();
-    rank(&mut others);
-    others.truncate(limit - firsts.len());
+    keep_best(&mut others, limit - firsts.len());
     firsts.extend(others);
     firsts
 }
 
 /// The edges of a node to later nodes, best connected first.
 fn best_edges(commons: &Commons<'_>, i: usize) -> Vec<Edge> {
-    let mut edges: Vec<Edge> =
-        commons.later(i).map(|(j, common)| Edge { common, ends: [i as u32, j as u32] }).collect();
-    rank(&mut edges);
-    edges.truncate(EDGES_PER_NODE);
+    let later = commons.neighbors(i).filter(|&(j, _)| j > i);
+    let mut edges: Vec<Edge> = later.map(|(j, common)| Edge { common, ends: [i as u32, j as u32] }).collect();
+    keep_best(&mut edges, EDGES_PER_NODE);
     edges
 }
 
-fn rank(edges: &mut [Edge]) {
-    edges.sort_unstable_by(|a, b| b.common.cmp(&a.common).then(a.ends.cmp(&b.ends)));
+/// The best connected first; of equals the first in the graph.
+fn keep_best(edges: &mut Vec<Edge>, n: usize) {
+    let better = |a: &Edge, b: &Edge| b.common.cmp(&a.common).then(a.ends.cmp(&b.ends));
+    if 0 < n && n < edges.len() {
+        edges.select_nth_unstable_by(n, better);
+    }
+    edges.truncate(n);
+    edges.sort_unstable_by(better);
 }
 
-/// The pivot with each of its best connected common neighbours; of equals the first.
-fn triangles(commons: &Commons<'_>, edge: &Edge) -> Vec<[u32; 3]> {
-    let [i, j] = edge.ends;
+/// Each pivot with its best connected common neighbours, in the order of the pivots.
+fn triangles(n: usize, commons: &Commons<'_>, pivots: &[Edge]) -> Vec<[u32; 3]> {
+    let mut by_node: Vec<usize> = (0..pivots.len()).collect();
+    by_node.sort_by_key(|&pivot| pivots[pivot].ends[0]);
+    let groups: Vec<&[usize]> = by_node.chunk_by(|&a, &b| pivots[a].ends[0] == pivots[b].ends[0]).collect();
+    // What the edges of the pivots' first end count; nothing where there is no edge.
+    let spread = || vec![None::<u32>; n];
+    let mut thirds: Vec<(usize, Vec<usize>)> = groups
+        .into_par_iter()
+        .map_init(spread, |counts, group| {
+            let first = pivots[group[0]].ends[0] as usize;
+            commons.neighbors(first).for_each(|(k, count)| counts[k] = Some(count));
+            let found: Vec<_> = group.iter().map(|&pivot| (pivot, thirds(commons, &pivots[pivot], counts))).collect();
+            commons.neighbors(first).for_each(|(k, _)| counts[k] = None);
+            found
+        })
+        .flatten_iter()
+        .collect();
+    thirds.sort_unstable_by_key(|&(pivot, _)| pivot);
+    let triangle = |(pivot, third): (usize, usize)| [pivots[pivot].ends[0], pivots[pivot].ends[1], third as u32];
+    thirds.into_iter().flat_map(|(pivot, thirds)| thirds.into_iter().map(move |k| triangle((pivot, k)))).collect()
+}
+
+/// The best connected common neighbours of an edge; of equals the first. `counts` are those of its first end.
+fn thirds(commons: &Commons<'_>, edge: &Edge, counts: &[Option<u32>]) -> Vec<usize> {
     let mut best: Vec<(u32, usize)> = Vec::with_capacity(THIRDS + 1);
-    commons.each_shared(i as usize, j as usize, |k, [with_i, with_j]| {
-        let common = with_i + with_j;
+    for (k, with_second) in commons.neighbors(edge.ends[1] as usize) {
+        let Some(with_first) = counts[k] else { continue };
+        let common = with_first + with_second;
         let place = best.partition_point(|other| other.0 >= common);
         if place < THIRDS {
             best.insert(place, (common, k));
             best.truncate(THIRDS);
         }
-    });
-    best.iter().map(|&(_, k)| [i, j, k as u32]).collect()
+    }
+    best.into_iter().map(|(_, k)| k).collect()
 }
 
 #[cfg(test)]

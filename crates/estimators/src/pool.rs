@@ -32,29 +32,39 @@ impl Distinctness {
     /// The best of each group of like poses, at most `keep`. The hypotheses come ranked, and stay so.
     #[must_use]
     pub fn distinct(&self, ranked: &[Hypothesis], keep: usize) -> Vec<Hypothesis> {
-        let mut kept: Vec<(Hypothesis, Places)> = Vec::new();
+        self.distinct_by(ranked.iter().copied(), |hypothesis| &hypothesis.target_from_source, keep)
+    }
+
+    /// The same of what has a pose.
+    pub(crate) fn distinct_by<T>(
+        &self,
+        ranked: impl IntoIterator<Item = T>,
+        pose: impl Fn(&T) -> &RigidTransform,
+        keep: usize,
+    ) -> Vec<T> {
+        let mut kept: Vec<(T, Places)> = Vec::new();
         let mut cells: FxHashMap<Cell, Vec<usize>> = FxHashMap::default();
-        for hypothesis in ranked {
+        for one in ranked {
             if kept.len() == keep {
                 break;
             }
-            let places = self.places(&hypothesis.target_from_source);
-            let cell = self.cell(&places);
-            let mut near = around(cell).filter_map(|near| cells.get(&near)).flatten();
+            let places = self.places(pose(&one));
+            let place = self.place(&places);
+            let mut near = around(&place).filter_map(|near| cells.get(&near)).flatten();
             if !near.any(|&other| self.same(&kept[other].1, &places)) {
-                cells.entry(cell).or_default().push(kept.len());
-                kept.push((*hypothesis, places));
+                cells.entry(place.map(cell)).or_default().push(kept.len());
+                kept.push((one, places));
             }
         }
-        kept.into_iter().map(|(hypothesis, _)| hypothesis).collect()
+        kept.into_iter().map(|(one, _)| one).collect()
     }
 
-    /// Where the middle of the probes goes, in cells as wide as poses must be apart. The middles of like poses are no
-    /// farther apart than their probes are on the mean, so like poses are in neighbouring cells.
-    fn cell(&self, places: &Places) -> Cell {
+    /// Where the middle of the probes goes, in cells twice as wide as poses must be apart. The middles of like poses are no
+    /// farther apart than their probes are on the mean: half a cell.
+    fn place(&self, places: &Places) -> [f64; 3] {
         let middle = places.iter().sum::<Vector3<f64>>() / PROBES as f64;
-        let side = if self.min_displacement > 0.0 { self.min_displacement } else { 1.0 };
-        std::array::from_fn(|axis| (middle[axis] / side).floor() as i64)
+        let side = if self.min_displacement > 0.0 { 2.0 * self.min_displacement } else { 1.0 };
+        std::array::from_fn(|axis| middle[axis] / side)
     }
 
     fn places(&self, pose: &RigidTransform) -> Places {
@@ -75,12 +85,14 @@ impl Distinctness {
     }
 }
 
-/// A cell and the 26 around it.
-fn around([x, y, z]: Cell) -> impl Iterator<Item = Cell> {
-    let steps = |v: i64| [v.saturating_sub(1), v, v.saturating_add(1)];
-    steps(x)
-        .into_iter()
-        .flat_map(move |x| steps(y).into_iter().flat_map(move |y| steps(z).into_iter().map(move |z| [x, y, z])))
+fn cell(place: f64) -> i64 {
+    place.floor() as i64
+}
+
+/// The eight cells that hold all within half a cell of a place.
+fn around(place: &[f64; 3]) -> impl Iterator<Item = Cell> + use<> {
+    let first = place.map(|v| cell(v - 0.5));
+    (0..8).map(move |corner| std::array::from_fn(|axis| first[axis].saturating_add(corner >> axis & 1)))
 }
 
 #[cfg(test)]

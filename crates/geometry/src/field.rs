@@ -8,9 +8,13 @@ use rustc_hash::FxHashMap;
 /// More cells than this would cost more memory than a scan is worth; the cells grow instead.
 const MAX_CELLS: f64 = 1.6e7;
 const NOTHING: u32 = u32::MAX;
+/// From the middle of a cell to its corner, in cells, rounded up.
+const HALF_DIAGONAL: f32 = 0.87;
 
 /// Points that are looked up together.
 const BLOCK: usize = 64;
+/// Cells that are filled together.
+const LANES: usize = 8;
 
 /// For every cell near a cloud, a point near to the cell's centre.
 ///
@@ -19,7 +23,7 @@ const BLOCK: usize = 64;
 /// time proportional to occupied cells × (reach / cell)³.
 pub struct NearestField {
     grid: Grid,
-    /// By the number of the cell, and nothing after the last.
+    /// By the number of the cell, and nothing in a few more.
     nearest: Vec<u32>,
 }
 
@@ -28,11 +32,12 @@ impl NearestField {
     #[must_use]
     pub fn new(points: &[Point], cell: f64, reach: f64) -> Self {
         let grid = Grid::around(points, cell, reach, MAX_CELLS);
-        let mut nearest = vec![NOTHING; grid.n_cells() + 1];
-        let mut distance_sq = vec![f32::INFINITY; grid.n_cells()];
+        let mut nearest = vec![NOTHING; grid.n_cells() + LANES];
+        let mut distance_sq = vec![f32::INFINITY; nearest.len()];
+        let in_cells = reach as f32 / grid.side + HALF_DIAGONAL;
         for number in representatives(&grid, points) {
             let place = grid.place(&points[number as usize]);
-            stamp((&grid, &mut nearest, &mut distance_sq), number, place, reach as f32 / grid.side);
+            stamp((&grid, &mut nearest, &mut distance_sq), number, place, in_cells);
         }
         NearestField { grid, nearest }
     }
@@ -95,36 +100,47 @@ fn representatives(grid: &Grid, points: &[Point]) -> Vec<u32> {
     chosen
 }
 
-/// Offers a point, whose place is given in cells, to all cells within `reach` (in cells, plus half a diagonal). Compiled
-/// once for each instruction set and chosen at run time; the bits are the same on all of them.
+/// Offers a point, whose place is given in cells, to all cells whose centres are within `reach` (in cells). Compiled once for
+/// each instruction set and chosen at run time; the bits are the same on all of them.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
 fn stamp((grid, nearest, distance_sq): (&Grid, &mut [u32], &mut [f32]), number: u32, place: [f32; 3], reach: f32) {
-    let reach = reach + 0.87;
-    let range = |axis: usize, half: f32| {
-        let low = (place[axis] - half - 0.5).ceil().max(0.0) as usize;
-        let high = ((place[axis] + half - 0.5).floor() + 1.0).max(0.0) as usize;
+    let [xs, ys, zs] = [0, 1, 2].map(|axis| {
+        let low = (place[axis] - reach - 0.5).ceil().max(0.0) as usize;
+        let high = ((place[axis] + reach - 0.5).floor() + 1.0).max(0.0) as usize;
         low..high.min(grid.size[axis])
-    };
-    for z in range(2, reach) {
-        let from_z = (z as f32 + 0.5 - place[2]).powi(2);
-        for y in range(1, (reach * reach - from_z).max(0.0).sqrt()) {
-            let from_yz = from_z + (y as f32 + 0.5 - place[1]).powi(2);
-            let xs = range(0, (reach * reach - from_yz).max(0.0).sqrt());
-            if xs.is_empty() {
-                continue;
-            }
-            let row = grid.number([0, y, z]);
-            let first = xs.start as f32 + 0.5 - place[0];
-            let (numbers, distances) =
-                (&mut nearest[row + xs.start..row + xs.end], &mut distance_sq[row + xs.start..row + xs.end]);
-            for (step, (known, distance)) in (0i32..).zip(numbers.iter_mut().zip(distances)) {
-                let x = first + step as f32;
-                let away = from_yz + x * x;
-                let is_nearer = away < *distance;
-                *distance = if is_nearer { away } else { *distance };
-                *known = if is_nearer { number } else { *known };
+    });
+    let from = |axis: usize, cell: usize| (cell as f32 + 0.5 - place[axis]).powi(2);
+    let reach_sq = reach * reach;
+    for first in xs.clone().step_by(LANES) {
+        let from_x =
+            std::array::from_fn(|lane| if first + lane < xs.end { from(0, first + lane) } else { f32::INFINITY });
+        for z in zs.clone() {
+            for y in ys.clone() {
+                let from_yz = from(1, y) + from(2, z);
+                if from_yz <= reach_sq {
+                    let row = grid.number([first, y, z]);
+                    let lanes = row..row + LANES;
+                    offer(number, from_yz, &from_x, reach_sq, (&mut nearest[lanes.clone()], &mut distance_sq[lanes]));
+                }
             }
         }
+    }
+}
+
+/// To some cells that follow each other.
+#[inline(always)]
+fn offer(
+    number: u32,
+    from_yz: f32,
+    from_x: &[f32; LANES],
+    reach_sq: f32,
+    (nearest, distance_sq): (&mut [u32], &mut [f32]),
+) {
+    for ((known, distance), from_x) in nearest.iter_mut().zip(distance_sq).zip(from_x) {
+        let away = from_yz + from_x;
+        let is_nearer = (away <= reach_sq) & (away < *distance);
+        *distance = if is_nearer { away } else { *distance };
+        *known = if is_nearer { number } else { *known };
     }
 }
 

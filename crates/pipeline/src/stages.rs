@@ -8,7 +8,7 @@ use crate::prior::Bounds;
 use crate::verdict::Significance;
 use crate::{AContrarioConfig, Failure, Pair, PipelineConfig, VerdictConfig};
 use congruent_descriptors::{Features, LocalFrame};
-use congruent_estimators::{Distinctness, Hypothesis, optimise, sample as sample_hypotheses};
+use congruent_estimators::{Distinctness, Hypothesis, optimise_all, sample as sample_hypotheses};
 use congruent_geometry::{Oriented, Point, RigidTransform, Scan, Surface};
 use congruent_keypoints::Keypoint;
 use congruent_matching::Correspondence;
@@ -149,15 +149,16 @@ pub(crate) fn estimate_within(
     let trials = generator.trials();
     let rounds = config.pool.optimisation_rounds;
     let n = config.pool.poses;
+    let distinctness = Distinctness::new(surfaces.source.points(), config.pool.distinct.resolve(resolution));
+    let optimised = |poses| optimise_all(poses, metric.as_ref(), evidence, rounds, &distinctness);
     if n <= 1 && bounds.are_open() {
         let best = sample_hypotheses(generator.as_ref(), metric.as_ref(), evidence, 1);
-        return Pool { hypotheses: optimised(best, metric.as_ref(), evidence, rounds), trials };
+        return Pool { hypotheses: optimised(best), trials };
     }
     let admitted = |hypotheses: Vec<Hypothesis>| admitted(hypotheses, bounds, metric.as_ref(), evidence, resolution);
     let all = admitted(sample_hypotheses(generator.as_ref(), metric.as_ref(), evidence, usize::MAX));
-    let distinctness = Distinctness::new(surfaces.source.points(), config.pool.distinct.resolve(resolution));
     let promising = distinctness.distinct(&all, OPTIMISED_PER_KEPT * n.max(1));
-    let better = admitted(optimised(promising, metric.as_ref(), evidence, rounds));
+    let better = admitted(optimised(promising));
     Pool { hypotheses: distinctness.distinct(&better, n.max(1)), trials }
 }
 
@@ -203,22 +204,6 @@ pub(crate) fn with_given(
     pool.trials += given.len() as u64;
     sort(&mut pool.hypotheses);
     pool
-}
-
-/// Fits each pose to all that agree with it; best first.
-fn optimised(hypotheses: Vec<Hypothesis>, metric: &dyn Metric, evidence: &Evidence, rounds: usize) -> Vec<Hypothesis> {
-    if rounds == 0 {
-        return hypotheses;
-    }
-    let mut better: Vec<Hypothesis> = hypotheses
-        .into_par_iter()
-        .map(|h| {
-            let (target_from_source, score) = optimise(&h.target_from_source, metric, evidence, rounds);
-            Hypothesis { target_from_source, score, ..h }
-        })
-        .collect();
-    sort(&mut better);
-    better
 }
 
 pub(crate) fn clouds(surfaces: &Pair<Surface>) -> Clouds<'_> {
