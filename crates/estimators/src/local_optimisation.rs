@@ -126,7 +126,7 @@ mod tests {
                 let mut pose = three_point_pose(&evidence);
                 let mut score = metric.score(&evidence, &pose).value();
                 for _ in 0..20 {
-                    let Some(next) = refit(&pose, metric, &evidence, &mut Vec::new()) else { break };
+                    let Some(next) = refit(&pose, metric, &evidence) else { break };
                     let after = metric.score(&evidence, &next).value();
                     // Sums of f32 gains repeat to about six digits.
                     assert!(after >= score - 2e-5 * score.abs(), "seed {seed}: {score} fell to {after}");
@@ -149,6 +149,29 @@ mod tests {
             after += mean_displacement(&probes, &end, &truth);
         }
         assert!(after < 0.4 * before, "{before} {after}");
+    }
+
+    #[test]
+    fn poses_that_come_together_are_followed_once() {
+        let metric = Summed(Mse::new(7.5));
+        let (evidence, truth) = scene(3);
+        let probes: Vec<_> = (0..60).map(|i| narrow(&evidence.source(i))).collect();
+        let moved = |x: f64| RigidTransform::translation(x, 0.0, 0.0) * truth;
+        // Four poses that lie beside the true one, and one from which nothing leads there.
+        let starts: Vec<Hypothesis> = (0u64..)
+            .zip([3.0, -2.0, 1.0, -4.0, 1e4])
+            .map(|(trial, x)| (trial, moved(x)))
+            .map(|(trial, pose)| Hypothesis { target_from_source: pose, score: metric.score(&evidence, &pose), trial })
+            .collect();
+        let distinctness = Distinctness::new(&probes, 0.5);
+        let ends = optimise_all(starts.clone(), &metric, &evidence, 10, &distinctness);
+        assert_eq!(ends.len(), 2);
+        assert!(mean_displacement(&probes, &ends[0].target_from_source, &truth) < 0.6 && ends[1].trial == 4);
+        // The one that was followed ends where it would have ended alone.
+        let alone = optimise(&moved([3.0, -2.0, 1.0, -4.0][ends[0].trial as usize]), &metric, &evidence, 10);
+        assert_eq!((ends[0].target_from_source, ends[0].score), alone);
+        // No rounds: as they were.
+        assert_eq!(optimise_all(starts, &metric, &evidence, 0, &distinctness).len(), 5);
     }
 
     #[test]

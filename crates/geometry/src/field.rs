@@ -136,12 +136,13 @@ fn offer(
     reach_sq: f32,
     (nearest, distance_sq): (&mut [u32], &mut [f32]),
 ) {
-    for ((known, distance), from_x) in nearest.iter_mut().zip(distance_sq).zip(from_x) {
-        let away = from_yz + from_x;
-        let is_nearer = (away <= reach_sq) & (away < *distance);
-        *distance = if is_nearer { away } else { *distance };
-        *known = if is_nearer { number } else { *known };
-    }
+    let (Some(nearest), Some(distance_sq)) = (nearest.first_chunk_mut(), distance_sq.first_chunk_mut()) else { return };
+    // Copies, so that the whole of it is done in registers.
+    let (known, distance): ([u32; LANES], [f32; LANES]) = (*nearest, *distance_sq);
+    let away = from_x.map(|from_x| from_yz + from_x);
+    let is_nearer: [bool; LANES] = std::array::from_fn(|lane| (away[lane] <= reach_sq) & (away[lane] < distance[lane]));
+    *nearest = std::array::from_fn(|lane| if is_nearer[lane] { number } else { known[lane] });
+    *distance_sq = std::array::from_fn(|lane| if is_nearer[lane] { away[lane] } else { distance[lane] });
 }
 
 #[cfg(test)]
