@@ -1,15 +1,11 @@
-//! Exact nearest neighbours among rows of many dimensions, by blocked matrix products.
+//! Exact nearest neighbours among rows of many dimensions.
 
+use crate::leaves::Leaves;
+use crate::products;
 use congruent_descriptors::Features;
-use multiversion::multiversion;
-use rayon::prelude::*;
 
-/// Queries that share one product.
-const QUERY_BLOCK: usize = 128;
-/// Rows of the table that share one product: the block of distances stays in the second-level cache.
-const TABLE_BLOCK: usize = 512;
-/// Distances that are looked at together: most of the time none is small enough.
-const GLANCE: usize = 32;
+/// Up to so many dimensions rows that are alike are found by boxes around them; with more, boxes leave nothing out.
+const MAX_BOXED: usize = 64;
 
 /// A row of the table and its distance to the query.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,147 +27,17 @@ pub fn nearest_k(queries: &Features, table: &Features, k: usize) -> Vec<Vec<Cand
     if k == 0 || table.is_empty() || queries.dim == 0 {
         return vec![Vec::new(); queries.len()];
     }
-    let table_norms = squared_norms(table);
-    queries
-        .rows
-        .par_chunks(QUERY_BLOCK * queries.dim)
-        .flat_map_iter(|block| Search { block, table, table_norms: &table_norms, k }.run())
-        .collect()
-}
-
-fn squared_norms(features: &Features) -> Vec<f32> {
-    features.rows.chunks_exact(features.dim).map(|row| row.iter().map(|v| v * v).sum()).collect()
-}
-
-/// One block of queries against the whole table.
-struct Search<'a> {
-    block: &'a [f32],
-    table: &'a Features,
-    table_norms: &'a [f32],
-    k: usize,
-}
-
-impl Search<'_> {
-    fn run(&self) -> Vec<Vec<Candidate>> {
-        let dim = self.table.dim;
-        let mut shortlists: Vec<Shortlist> =
-            self.block.chunks_exact(dim).map(|query| Shortlist::new(query, self.table_norms, self.k)).collect();
-        let mut products = vec![0.0f32; shortlists.len() * TABLE_BLOCK];
-        for (number, rows) in self.table.rows.chunks(TABLE_BLOCK * dim).enumerate() {
-            let width = rows.len() / dim;
-            let first = number * TABLE_BLOCK;
-            multiply(shortlists.len(), width, dim, self.block, rows, &mut products);
-            for (shortlist, dots) in shortlists.iter_mut().zip(products.chunks_exact(width)) {
-                shortlist.offer(first, dots, &self.table_norms[first..first + width]);
-            }
-        }
-        self.block.chunks_exact(dim).zip(shortlists).map(|(query, list)| list.settle(query, self.table)).collect()
+    if queries.dim <= MAX_BOXED {
+        let (blocks, leaves) = rayon::join(|| Leaves::new(queries), || Leaves::new(table));
+        return leaves.nearest_k(&blocks, k);
     }
-}
-
-/// Rows that may be among the `k` nearest, given that each squared distance is only known to within an error.
-struct Shortlist {
-    query_norm: f32,
-    /// Twice the largest error of an approximate squared distance: what is farther than this beyond the k-th best
-    /// cannot belong to the best.
-    margin: f32,
-    k: usize,
-    /// Approximate squared distances of the best so far, ascending.
-    best: Vec<f32>,
-    rows: Vec<(f32, u32)>,
-}
-
-impl Shortlist {
-    fn new(query: &[f32], table_norms: &[f32], k: usize) -> Self {
-        let query_norm: f32 = query.iter().map(|v| v * v).sum();
-        let largest = table_norms.iter().fold(0.0f32, |a, &b| a.max(b));
-        // A sum of n products in any order errs by at most n·u times the sum of their sizes, u = ε/2; the product and
-        // the two norms together stay below n·ε·(|a|² + |b|²).
-        let margin = 2.0 * (query.len() + 4) as f32 * f32::EPSILON * (query_norm + largest);
-        Shortlist { query_norm, margin, k, best: Vec::with_capacity(k + 1), rows: Vec::new() }
-    }
-
-    fn limit(&self) -> f32 {
-        if self.best.len() < self.k { f32::INFINITY } else { self.best[self.k - 1] + self.margin }
-    }
-
-    fn offer(&mut self, first: usize, dots: &[f32], norms: &[f32]) {
-        let glances = dots.chunks(GLANCE).zip(norms.chunks(GLANCE)).zip((first..).step_by(GLANCE));
-        for ((dots, norms), first) in glances {
-            if any_within(self.query_norm, dots, norms, self.limit()) {
-                self.take(first, dots, norms);
-            }
-        }
-    }
-
-    fn take(&mut self, first: usize, dots: &[f32], norms: &[f32]) {
-        for (i, (dot, norm)) in dots.iter().zip(norms).enumerate() {
-            let distance_sq = distance_sq(self.query_norm, *dot, *norm);
-            if distance_sq <= self.limit() {
-                self.rows.push((distance_sq, (first + i) as u32));
-                let at = self.best.partition_point(|&b| b <= distance_sq);
-                self.best.insert(at, distance_sq);
-                self.best.truncate(self.k);
-            }
-        }
-    }
-
-    fn settle(self, query: &[f32], table: &Features) -> Vec<Candidate> {
-        let limit = self.limit();
-        let mut exact: Vec<(f64, u32)> = self
-            .rows
-            .iter()
-            .filter(|(approximate, _)| *approximate <= limit)
-            .map(|&(_, row)| (squared_distance(query, table.row(row as usize)), row))
-            .collect();
-        exact.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        exact.truncate(self.k);
-        exact.iter().map(|&(distance_sq, row)| Candidate { row, distance: distance_sq.sqrt() as f32 }).collect()
-    }
-}
-
-#[inline(always)]
-fn distance_sq(query_norm: f32, dot: f32, norm: f32) -> f32 {
-    query_norm + norm - 2.0 * dot
-}
-
-/// Whether any of the distances is at most `limit`.
-#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
-fn any_within(query_norm: f32, dots: &[f32], norms: &[f32], limit: f32) -> bool {
-    dots.iter().zip(norms).fold(false, |any, (dot, norm)| any | (distance_sq(query_norm, *dot, *norm) <= limit))
-}
-
-fn squared_distance(a: &[f32], b: &[f32]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2)).sum()
-}
-
-/// `products[i][j] = queries[i] · rows[j]`, row-major with `width` columns.
-fn multiply(height: usize, width: usize, dim: usize, queries: &[f32], rows: &[f32], products: &mut [f32]) {
-    assert!(queries.len() == height * dim && rows.len() == width * dim && products.len() >= height * width);
-    // SAFETY: the assertion above is what the sizes and strides below describe, and the output overlaps neither input.
-    unsafe {
-        matrixmultiply::sgemm(
-            height,
-            dim,
-            width,
-            1.0,
-            queries.as_ptr(),
-            dim as isize,
-            1,
-            rows.as_ptr(),
-            1,
-            dim as isize,
-            0.0,
-            products.as_mut_ptr(),
-            width as isize,
-            1,
-        );
-    }
+    products::nearest_k(queries, table, k)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shortlist::squared_distance;
     use congruent_geometry::random::Stream;
 
     fn random_features(n: usize, dim: usize, seed: u64) -> Features {
@@ -197,6 +63,37 @@ mod tests {
             let found: Vec<Vec<u32>> =
                 nearest_k(&queries, &table, k).iter().map(|c| c.iter().map(|c| c.row).collect()).collect();
             assert_eq!(found, brute_force(&queries, &table, k));
+        }
+    }
+
+    #[test]
+    fn rows_that_lie_on_few_dimensions_are_found_among_leaves() {
+        // A curved sheet in 33 dimensions, with repeated rows; more leaves than one needs to look at.
+        let mut stream = Stream::new(5, 0);
+        let row = |u: f64, v: f64| (0..33).map(move |i| ((u * f64::from(i)).sin() + (v * f64::from(i)).cos()) as f32);
+        let mut table = Features { dim: 33, ..Features::default() };
+        for i in 0..1500 {
+            table.rows.extend(row(stream.unit(), stream.unit()));
+            table.keypoints.push(i);
+        }
+        table.rows.extend_from_within(..33 * 100);
+        table.keypoints.extend(1500..1600);
+        let queries = Features { keypoints: (0..300).collect(), dim: 33, rows: table.rows[..33 * 300].to_vec() };
+        let found: Vec<Vec<u32>> =
+            nearest_k(&queries, &table, 3).iter().map(|c| c.iter().map(|c| c.row).collect()).collect();
+        assert_eq!(found, brute_force(&queries, &table, 3));
+        assert_eq!(found[7][..2], [7, 1507]);
+    }
+
+    #[test]
+    fn what_is_no_number_is_never_found() {
+        for dim in [5, 100] {
+            let mut table = random_features(200, dim, 6);
+            table.rows[3 * dim + 2] = f32::NAN;
+            let mut queries = random_features(3, dim, 7);
+            queries.rows[dim] = f32::NAN;
+            let found = nearest_k(&queries, &table, 200);
+            assert_eq!([found[0].len(), found[1].len(), found[2].len()], [199, 0, 199]);
         }
     }
 

@@ -1,0 +1,94 @@
+//! Nearest rows by blocked matrix products.
+
+use crate::Candidate;
+use crate::shortlist::{Shortlist, largest, squared_norms};
+use congruent_descriptors::Features;
+use multiversion::multiversion;
+use rayon::prelude::*;
+
+/// Queries that share one product.
+const QUERY_BLOCK: usize = 128;
+/// Rows of the table that share one product: the block of distances stays in the second-level cache.
+const TABLE_BLOCK: usize = 512;
+/// Distances that are looked at together: most of the time none is small enough.
+const GLANCE: usize = 32;
+
+/// As [`nearest_k`](crate::nearest_k), of rows that are not empty.
+pub(crate) fn nearest_k(queries: &Features, table: &Features, k: usize) -> Vec<Vec<Candidate>> {
+    let norms = squared_norms(table);
+    let search = Search { table, largest: largest(&norms), norms, k };
+    queries.rows.par_chunks(QUERY_BLOCK * queries.dim).flat_map_iter(|block| search.nearest(block)).collect()
+}
+
+/// Of the whole table.
+struct Search<'a> {
+    table: &'a Features,
+    norms: Vec<f32>,
+    largest: f32,
+    k: usize,
+}
+
+impl Search<'_> {
+    /// For each of some queries.
+    fn nearest(&self, block: &[f32]) -> Vec<Vec<Candidate>> {
+        let dim = self.table.dim;
+        let norms: Vec<f32> = block.chunks_exact(dim).map(|query| query.iter().map(|v| v * v).sum()).collect();
+        let mut shortlists: Vec<Shortlist> =
+            norms.iter().map(|&norm| Shortlist::new(dim, norm, self.largest, self.k)).collect();
+        let mut products = vec![0.0f32; shortlists.len() * TABLE_BLOCK];
+        for (number, rows) in self.table.rows.chunks(TABLE_BLOCK * dim).enumerate() {
+            let width = rows.len() / dim;
+            let first = number * TABLE_BLOCK;
+            multiply(shortlists.len(), width, dim, block, rows, &mut products);
+            for ((shortlist, &norm), dots) in shortlists.iter_mut().zip(&norms).zip(products.chunks_exact(width)) {
+                offer(shortlist, norm, first, dots, &self.norms[first..first + width]);
+            }
+        }
+        block.chunks_exact(dim).zip(shortlists).map(|(query, list)| list.settle(query, self.table)).collect()
+    }
+}
+
+fn offer(shortlist: &mut Shortlist, query_norm: f32, first: usize, dots: &[f32], norms: &[f32]) {
+    let glances = dots.chunks(GLANCE).zip(norms.chunks(GLANCE)).zip((first..).step_by(GLANCE));
+    for ((dots, norms), first) in glances {
+        if any_within(query_norm, dots, norms, shortlist.limit()) {
+            let distances = dots.iter().zip(norms).map(|(&dot, &norm)| distance_sq(query_norm, dot, norm));
+            shortlist.take(distances.zip(first as u32..));
+        }
+    }
+}
+
+#[inline(always)]
+fn distance_sq(query_norm: f32, dot: f32, norm: f32) -> f32 {
+    query_norm + norm - 2.0 * dot
+}
+
+/// Whether any of the distances is at most `limit`.
+#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
+fn any_within(query_norm: f32, dots: &[f32], norms: &[f32], limit: f32) -> bool {
+    dots.iter().zip(norms).fold(false, |any, (dot, norm)| any | (distance_sq(query_norm, *dot, *norm) <= limit))
+}
+
+/// `products[i][j] = queries[i] · rows[j]`, row-major with `width` columns.
+fn multiply(height: usize, width: usize, dim: usize, queries: &[f32], rows: &[f32], products: &mut [f32]) {
+    assert!(queries.len() == height * dim && rows.len() == width * dim && products.len() >= height * width);
+    // SAFETY: the assertion above is what the sizes and strides below describe, and the output overlaps neither input.
+    unsafe {
+        matrixmultiply::sgemm(
+            height,
+            dim,
+            width,
+            1.0,
+            queries.as_ptr(),
+            dim as isize,
+            1,
+            rows.as_ptr(),
+            1,
+            dim as isize,
+            0.0,
+            products.as_mut_ptr(),
+            width as isize,
+            1,
+        );
+    }
+}

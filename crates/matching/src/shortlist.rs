@@ -1,0 +1,67 @@
+//! What may be among the nearest, until it is settled.
+
+use crate::Candidate;
+use congruent_descriptors::Features;
+
+/// Rows that may be among the `k` nearest, given that each squared distance is only known to within an error.
+pub(crate) struct Shortlist {
+    /// Twice the largest error of an approximate squared distance: what is farther than this beyond the k-th best
+    /// cannot belong to the best.
+    margin: f32,
+    k: usize,
+    /// Approximate squared distances of the best so far, ascending.
+    best: Vec<f32>,
+    rows: Vec<(f32, u32)>,
+}
+
+impl Shortlist {
+    /// For a query of this squared length among rows of which the longest has the other.
+    pub(crate) fn new(dim: usize, query_norm: f32, largest_norm: f32, k: usize) -> Self {
+        // A sum of n products in any order errs by at most n·u times the sum of their sizes, u = ε/2; the product and
+        // the two norms together stay below n·ε·(|a|² + |b|²). A sum of squared differences errs by less.
+        let margin = 2.0 * (dim + 4) as f32 * f32::EPSILON * (query_norm + largest_norm);
+        Shortlist { margin, k, best: Vec::with_capacity(k + 1), rows: Vec::new() }
+    }
+
+    /// What is farther by the approximate squared distance is not among the nearest.
+    pub(crate) fn limit(&self) -> f32 {
+        if self.best.len() < self.k { f32::INFINITY } else { self.best[self.k - 1] + self.margin }
+    }
+
+    pub(crate) fn take(&mut self, rows: impl Iterator<Item = (f32, u32)>) {
+        for (distance_sq, row) in rows {
+            if distance_sq <= self.limit() {
+                self.rows.push((distance_sq, row));
+                let at = self.best.partition_point(|&b| b <= distance_sq);
+                self.best.insert(at, distance_sq);
+                self.best.truncate(self.k);
+            }
+        }
+    }
+
+    /// The nearest, by distances in `f64`; of equal ones the first row.
+    pub(crate) fn settle(self, query: &[f32], table: &Features) -> Vec<Candidate> {
+        let limit = self.limit();
+        let mut exact: Vec<(f64, u32)> = self
+            .rows
+            .iter()
+            .filter(|(approximate, _)| *approximate <= limit)
+            .map(|&(_, row)| (squared_distance(query, table.row(row as usize)), row))
+            .collect();
+        exact.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        exact.truncate(self.k);
+        exact.iter().map(|&(distance_sq, row)| Candidate { row, distance: distance_sq.sqrt() as f32 }).collect()
+    }
+}
+
+pub(crate) fn squared_norms(features: &Features) -> Vec<f32> {
+    features.rows.chunks_exact(features.dim).map(|row| row.iter().map(|v| v * v).sum()).collect()
+}
+
+pub(crate) fn largest(norms: &[f32]) -> f32 {
+    norms.iter().fold(0.0f32, |a, &b| a.max(b))
+}
+
+pub(crate) fn squared_distance(a: &[f32], b: &[f32]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2)).sum()
+}
