@@ -1,8 +1,7 @@
 //! The two clouds as dense metrics want them: points of the source to move, and neighbours among those of the target.
 
 use crate::motion::Motion;
-use crate::vicinity::Vicinity;
-use congruent_geometry::{NeighborIndex, Point, RigidTransform, Surface, voxel_centroids};
+use congruent_geometry::{NearestTable, NeighborIndex, Point, RigidTransform, Surface, voxel_centroids};
 use serde::{Deserialize, Serialize};
 
 /// The surfaces that are being registered.
@@ -39,7 +38,7 @@ enum Points<'a> {
 /// Where the nearest point of the target is looked up.
 enum Nearest<'a> {
     /// Where distances matter up to a reach only.
-    Table(Vicinity),
+    Table(NearestTable),
     Lent(&'a NeighborIndex),
     Own(NeighborIndex),
 }
@@ -50,7 +49,7 @@ impl<'a> CloudPair<'a> {
         let Clouds { source, target } = clouds;
         match density {
             Density::Full => {
-                let table = Vicinity::new(target.points(), reach).map(Nearest::Table);
+                let table = NearestTable::new(target.points(), reach).map(Nearest::Table);
                 let target = table.unwrap_or_else(|| Nearest::Lent(target.index()));
                 CloudPair { source: Points::Lent(source.points()), target }
             }
@@ -58,7 +57,7 @@ impl<'a> CloudPair<'a> {
                 let leaf = leaf(source.len()) * resolution;
                 let thinned = |surface: &Surface| voxel_centroids(surface.points(), None, leaf).points;
                 let target = thinned(target);
-                let table = Vicinity::new(&target, reach).map(Nearest::Table);
+                let table = NearestTable::new(&target, reach).map(Nearest::Table);
                 let target = table.unwrap_or_else(|| Nearest::Own(NeighborIndex::new(&target)));
                 CloudPair { source: Points::Own(thinned(source)), target }
             }
@@ -76,7 +75,7 @@ impl<'a> CloudPair<'a> {
         let motion = Motion::new(target_from_source);
         let moved = self.points().iter().map(|p| motion.moved(p));
         match &self.target {
-            Nearest::Table(vicinity) => vicinity.each_nearest_sq(moved, visit),
+            Nearest::Table(table) => table.each_nearest_sq(moved, visit),
             Nearest::Lent(index) => moved.filter_map(|p| index.nearest(&p)).for_each(|found| visit(found.distance_sq)),
             Nearest::Own(index) => moved.filter_map(|p| index.nearest(&p)).for_each(|found| visit(found.distance_sq)),
         }

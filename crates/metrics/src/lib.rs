@@ -15,7 +15,6 @@ mod nearest_sum;
 mod point_distance;
 mod score;
 mod summed;
-mod vicinity;
 
 pub use clouds::{Clouds, Density};
 pub use config::{MetricConfig, OverlapConfig, PointDistanceConfig, QuantileConfig, ThresholdConfig};
