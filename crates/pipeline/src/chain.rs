@@ -68,7 +68,7 @@ pub(crate) struct Chain<'a, 'c> {
     pub(crate) resolution: f64,
 }
 
-impl Chain<'_, '_> {
+impl<'a> Chain<'a, '_> {
     /// `None` where the attempt would only repeat an earlier one. What the stages make is left in `trace`.
     pub(crate) fn run(&mut self, scans: &Pair<&Scan>, trace: &mut Trace) -> Option<Result<Answer, Failure>> {
         let prepared = match self.prepared(scans) {
@@ -91,8 +91,10 @@ impl Chain<'_, '_> {
         trace.matches = self.matches(&trace.features)?;
         let evidence = self.evidence(surfaces, &trace.matches);
         trace.pool = self.pool(surfaces, &evidence)?;
-        let chosen = self.chosen(prepared, &trace.pool);
-        Ok(self.judged(&chosen, prepared, &evidence))
+        let fields = self.fields(surfaces);
+        let ranking = fields.as_ref().map(|(dense, fields)| self.ranking(dense, prepared, fields));
+        let chosen = self.chosen(prepared, &trace.pool, ranking.as_ref());
+        Ok(self.judged(&chosen, prepared, &evidence, ranking.as_ref()))
     }
 
     /// Nothing where there are no signs to turn.
@@ -198,27 +200,50 @@ impl Chain<'_, '_> {
         if pool.hypotheses.is_empty() { Err(self.bounded(Failure::NoHypothesis)) } else { Ok(pool.hypotheses) }
     }
 
-    /// The pose that the surfaces prefer, refined.
-    fn chosen(&mut self, prepared: &Prepared, pool: &[Hypothesis]) -> Chosen {
-        let RankingConfig::Dense(dense) = &self.config.ranking else {
+    /// Where closest points are looked up, if the surfaces are to decide. Attempts at the same sampling share it.
+    fn fields(&mut self, surfaces: &Pair<Surface>) -> Option<(&'a DenseConfig, Pair<Arc<Fields>>)> {
+        let RankingConfig::Dense(dense) = &self.config.ranking else { return None };
+        let (resolution, sampling) = (self.resolution, &self.config.sampling);
+        let fields = self.memory.fields.get(sampling).unwrap_or_else(|| {
+            let new = |surface: &Surface| Arc::new(Fields::new(surface, dense, resolution));
+            let fields = self.clock.time(Stage::Ranking, || surfaces.map(new));
+            self.memory.fields.keep(sampling.clone(), &fields);
+            fields
+        });
+        Some((dense, fields))
+    }
+
+    fn ranking<'r>(
+        &mut self,
+        dense: &'r DenseConfig,
+        prepared: &'r Prepared,
+        fields: &'r Pair<Arc<Fields>>,
+    ) -> Ranking<'r>
+    where
+        'a: 'r,
+    {
+        let (bounds, resolution) = (self.bounds, self.resolution);
+        let viewpoints = prepared.trusted_viewpoints();
+        let new = || Ranking::new(&prepared.surfaces, fields, &viewpoints, dense, bounds, resolution);
+        self.clock.time(Stage::Ranking, new)
+    }
+
+    /// The pose that the surfaces prefer, or else the metric, refined.
+    fn chosen(&mut self, prepared: &Prepared, pool: &[Hypothesis], ranking: Option<&Ranking<'_>>) -> Chosen {
+        let Some(ranking) = ranking else {
             let Refinement { target_from_source, uncertainty, .. } =
                 self.refined(prepared, &pool[0].target_from_source);
             return Chosen { target_from_source, uncertainty, ranked: None, others: Vec::new() };
         };
-        let resolution = self.resolution;
-        let viewpoints = prepared.trusted_viewpoints();
         let poses: Vec<RigidTransform> = pool.iter().map(|h| h.target_from_source).collect();
-        let fields = self.fields(&prepared.surfaces, dense);
         let search = Search::new(self.config, self.signs);
-        let (ranking, ranked) = self.clock.time(Stage::Ranking, || {
-            let ranking = Ranking::new(&prepared.surfaces, &fields, &viewpoints, dense, self.bounds, resolution);
+        let ranked = self.clock.time(Stage::Ranking, || {
             let mut order = self.memory.orders.get(&search).unwrap_or_else(|| ranking.order(&poses));
             let ranked = ranking.best(&mut order);
             self.memory.orders.keep(search, &order);
-            (ranking, ranked)
+            ranked
         });
-        let best = ranked[0];
-        let refined = self.refined(prepared, &best.target_from_source);
+        let refined = self.refined(prepared, &ranked[0].target_from_source);
         let kept = ranking.judge(&refined.target_from_source);
         Chosen {
             target_from_source: kept.target_from_source,
@@ -226,17 +251,6 @@ impl Chain<'_, '_> {
             ranked: Some(kept),
             others: ranking.others(&kept, &ranked),
         }
-    }
-
-    /// Attempts at the same sampling share them.
-    fn fields(&mut self, surfaces: &Pair<Surface>, dense: &DenseConfig) -> Pair<Arc<Fields>> {
-        let resolution = self.resolution;
-        self.memory.fields.get(&self.config.sampling).unwrap_or_else(|| {
-            let new = |surface: &Surface| Arc::new(Fields::new(surface, dense, resolution));
-            let fields = self.clock.time(Stage::Ranking, || surfaces.map(new));
-            self.memory.fields.keep(self.config.sampling.clone(), &fields);
-            fields
-        })
     }
 
     /// The surfaces, laid on each other exactly; the start where that leads out of bounds. The centroids of a grid have
@@ -251,10 +265,20 @@ impl Chain<'_, '_> {
         }
     }
 
-    /// How firmly the surfaces hold the pose where they touch.
-    fn hold(&self, surfaces: &Pair<Surface>, pose: &RigidTransform) -> Hold {
+    /// How many correspondences agree with a pose, and how firmly the surfaces hold it where they touch.
+    fn measured(
+        &mut self,
+        pose: &RigidTransform,
+        surfaces: &Pair<Surface>,
+        evidence: &Evidence,
+    ) -> (Significance, Hold) {
+        let threshold = self.config.verdict.inlier_threshold().resolve(self.resolution);
+        let trials = self.counts.trials;
         let measure = PointToPlaneConfig::default().build(self.resolution);
-        measure.measure(&surfaces.source, &surfaces.target, pose).hold
+        self.clock.time(Stage::Verdict, || {
+            let hold = measure.measure(&surfaces.source, &surfaces.target, pose).hold;
+            (Significance::of(pose, evidence, threshold, trials), hold)
+        })
     }
 
     /// A failure, and that it is one within bounds.
@@ -262,28 +286,70 @@ impl Chain<'_, '_> {
         if self.bounds.are_open() { failure } else { Failure::OutOfBounds { within: Box::new(failure) } }
     }
 
-    fn judged(&mut self, chosen: &Chosen, prepared: &Prepared, evidence: &Evidence) -> Answer {
+    fn judged(
+        &mut self,
+        chosen: &Chosen,
+        prepared: &Prepared,
+        evidence: &Evidence,
+        ranking: Option<&Ranking<'_>>,
+    ) -> Answer {
         let surfaces = &prepared.surfaces;
         let (config, resolution) = (self.config, self.resolution);
-        let metric = config.metric.build(resolution, stages::clouds(surfaces));
         let pose = &chosen.target_from_source;
-        let threshold = config.verdict.inlier_threshold();
-        let trials = self.counts.trials;
-        let significance =
-            self.clock.time(Stage::Verdict, || Significance::of(pose, evidence, threshold.resolve(resolution), trials));
+        let (significance, hold) = self.measured(pose, surfaces, evidence);
         self.counts.inliers = significance.inliers;
-        let evidence_of = Evident { chosen, significance: &significance, hold: self.hold(surfaces, pose), resolution };
-        let mut judgement = config.verdict.judge(&evidence_of);
+        let second = chosen.others.first().map_or(0.0, |other| other.score.value());
+        let mut judgement = config.verdict.judge(&Evident {
+            ranked: chosen.ranked,
+            second,
+            significance: &significance,
+            hold,
+            resolution,
+        });
+        if let (Some(ranking), Some(answer)) = (ranking, &chosen.ranked) {
+            let best = answer.score.value();
+            let close = chosen.others.iter().filter(|other| config.verdict.comes_close(other.score.value(), best));
+            judgement.rivals = close.copied().collect();
+            if judgement.doubt.is_none() {
+                self.compare(&mut judgement, answer, prepared, evidence, ranking);
+            }
+        }
         judgement.doubt = judgement.doubt.map(|doubt| self.bounded(doubt));
+        let metric = config.metric.build(resolution, stages::clouds(surfaces));
         Answer {
             target_from_source: *pose,
             score: metric.score(evidence, pose).value(),
-            hold: evidence_of.hold,
+            hold,
             uncertainty: chosen.uncertainty.clone(),
             oriented: prepared.oriented,
             agreement: chosen.ranked.map(|ranked| Agreement::new(&ranked, resolution)),
             log10_false_alarms: significance.log10_false_alarms,
             judgement,
+        }
+    }
+
+    /// Rivals are refined and looked at like the answer; those that are then worse, or the same pose, are none.
+    fn compare(
+        &mut self,
+        judgement: &mut Judgement,
+        answer: &Ranked,
+        prepared: &Prepared,
+        evidence: &Evidence,
+        ranking: &Ranking<'_>,
+    ) {
+        let (config, resolution) = (self.config, self.resolution);
+        for close in std::mem::take(&mut judgement.rivals) {
+            let ranked = ranking.judge(&self.refined(prepared, &close.target_from_source).target_from_source);
+            if !ranking.apart(&ranked, answer) {
+                continue;
+            }
+            let (significance, hold) = self.measured(&ranked.target_from_source, &prepared.surfaces, evidence);
+            let (ranked, second) = (Some(ranked), answer.score.value());
+            let known = Evident { ranked, second, significance: &significance, hold, resolution }.predictors();
+            judgement.examined.extend(known);
+            if config.verdict.is_rival(known.as_ref(), judgement.predictors.as_ref()) {
+                judgement.rivals.extend(ranked);
+            }
         }
     }
 }

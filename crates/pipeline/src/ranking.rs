@@ -102,20 +102,23 @@ impl<'a> Ranking<'a> {
 
     /// Poses that are really different from the answer and from each other, best first.
     pub(crate) fn others(&self, answer: &Ranked, ranked: &[Ranked]) -> Vec<Ranked> {
-        let points: Vec<_> = self.surfaces.source.surface.points().iter().step_by(PROBE_STRIDE).copied().collect();
-        let apart = |a: &Ranked, b: &Ranked| {
-            mean_displacement(&points, &a.target_from_source, &b.target_from_source) > DIFFERENT * self.resolution
-        };
         let mut others: Vec<Ranked> = Vec::new();
         for candidate in ranked {
             if others.len() < MAX_OTHERS
-                && apart(candidate, answer)
-                && others.iter().all(|other| apart(candidate, other))
+                && self.apart(candidate, answer)
+                && others.iter().all(|other| self.apart(candidate, other))
             {
                 others.push(*candidate);
             }
         }
         others
+    }
+
+    /// Whether two poses are really different.
+    pub(crate) fn apart(&self, a: &Ranked, b: &Ranked) -> bool {
+        let probes = self.surfaces.source.surface.points().iter().step_by(PROBE_STRIDE);
+        let probes: Vec<_> = probes.copied().collect();
+        mean_displacement(&probes, &a.target_from_source, &b.target_from_source) > DIFFERENT * self.resolution
     }
 
     /// How well the surfaces lie on each other, by the rule of the final score.

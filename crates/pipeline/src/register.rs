@@ -71,6 +71,8 @@ pub struct Tried {
     pub predictors: Option<Predictors>,
     /// Whether the surfaces hold the pose.
     pub is_held: bool,
+    /// What is known of the really different poses that come close to one that would be believed.
+    pub close: Vec<Predictors>,
 }
 
 /// All attempts that come to a pose, in their order; none more is made once one has a confidence of `enough`.
@@ -91,6 +93,7 @@ pub fn register_tried(source: &Scan, target: &Scan, config: &PipelineConfig, eno
             target_from_source: uncentred(&answer.target_from_source, &origins.source, &origins.target),
             predictors: answer.judgement.predictors,
             is_held: answer.hold.n_free(config.verdict.min_stiffness()) == 0,
+            close: answer.judgement.examined,
         });
         if answer.judgement.confidence >= enough {
             break;

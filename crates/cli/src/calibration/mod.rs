@@ -14,7 +14,7 @@ use congruent_evaluation::GroundTruth;
 use congruent_evaluation::calibration::{AttemptRow, CalibrationRow, Origin, Validation};
 use congruent_geometry::{RawScan, RigidTransform, Scan, mean_displacement, uncentred};
 use congruent_io::{Dataset, read_dataset, write_file};
-use congruent_pipeline::{Pair, PipelineConfig, VerdictConfig, register_tried};
+use congruent_pipeline::{DenseVerdictConfig, Pair, PipelineConfig, VerdictConfig, register_tried};
 use rows::Rows;
 use std::process::ExitCode;
 
@@ -23,6 +23,9 @@ const SOME_ERRORS: u8 = 1;
 
 /// No more attempts are made once one is so sure: whatever the calibration, it would be believed.
 const BEYOND_DOUBT: f64 = 0.9999;
+
+/// Poses that come close are looked at where an answer has at least this confidence: any that could be believed.
+const BELIEVABLE: f64 = 0.2;
 
 /// A pair to be registered.
 struct Trial<'a> {
@@ -53,7 +56,9 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode> {
         args.datasets.iter().map(|path| Ok(read_dataset(path, None)?)).collect::<Result<_>>()?;
     let trials = trials(args, &datasets, config.seed);
     let mut rows = Rows::open(&args.output)?;
-    let errors = on_threads(args.run.threads, || register_all(&trials, &config, &mut rows))??;
+    let credulous = DenseVerdictConfig { min_confidence: BELIEVABLE.min(verdict.min_confidence), ..verdict.clone() };
+    let looking = PipelineConfig { verdict: VerdictConfig::Dense(credulous), ..config.clone() };
+    let errors = on_threads(args.run.threads, || register_all(&trials, &looking, &mut rows))??;
     let validation = Validation::new(rows.all(), verdict);
     let figures = validation.to_string();
     write_file(&args.output.join("calibration.toml"), calibration_file(&validation, rows.all().len())?.as_bytes())?;

@@ -59,6 +59,8 @@ pub struct AttemptRow {
     pub is_held: bool,
     /// What is known of the pose.
     pub known: Predictors,
+    /// And of the really different ones that come close to it, where the attempt was at all believable.
+    pub close: Vec<Predictors>,
 }
 
 /// What the program would answer.
@@ -86,7 +88,7 @@ impl AttemptRow {
     /// Nothing where the ranking did not look at the surfaces.
     #[must_use]
     pub fn new(tried: &Tried, error_pr: Option<f64>) -> Option<AttemptRow> {
-        Some(AttemptRow { error_pr, is_held: tried.is_held, known: tried.predictors? })
+        Some(AttemptRow { error_pr, is_held: tried.is_held, known: tried.predictors?, close: tried.close.clone() })
     }
 
     fn confidence(&self, calibration: &Calibration) -> f64 {
@@ -94,7 +96,7 @@ impl AttemptRow {
     }
 
     fn is_alone(&self, verdict: &DenseVerdictConfig) -> bool {
-        !verdict.is_rival(self.known.runner_up * self.known.score, self.known.score)
+        !self.close.iter().any(|close| verdict.is_rival(close, &self.known))
     }
 }
 
@@ -102,6 +104,7 @@ impl CalibrationRow {
     /// Attempt after attempt, until one is believed; else the most believed one: as the program does it.
     #[must_use]
     pub fn answer(&self, calibration: &Calibration, verdict: &DenseVerdictConfig) -> Answer {
+        let verdict = &DenseVerdictConfig { calibration: calibration.clone(), ..verdict.clone() };
         let mut answer = Answer { error_pr: None, confidence: -1.0, known: None, is_ok: false };
         for attempt in &self.attempts {
             let confidence = attempt.confidence(calibration);

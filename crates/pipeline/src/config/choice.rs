@@ -1,6 +1,6 @@
 //! What a user may say about choosing among poses, and believing the chosen one.
 
-use crate::Calibration;
+use crate::{Calibration, Predictors};
 use congruent_descriptors::DescriptorConfig;
 use congruent_estimators::EstimatorConfig;
 use congruent_geometry::Length;
@@ -87,10 +87,12 @@ pub struct DenseVerdictConfig {
     pub min_confidence: f64,
     /// Stiffness that every direction must have; in a looser one the surfaces slide on each other.
     pub min_stiffness: f64,
-    /// A really different pose with more than this share of the best score makes the answer ambiguous.
+    /// A really different pose with more than this share of the best score may make the answer ambiguous.
     pub rival_score: f64,
-    /// So does one with more than this score, however good the best is: parts of a facade that lie on other parts.
+    /// So may one with more than this score, however good the best is: parts of a facade that lie on other parts.
     pub rival_alone: f64,
+    /// It does, unless its odds, once it is refined like the answer, are less than the answer's by this factor.
+    pub rival_odds: f64,
     /// Coefficients of the confidence, as `congruent calibrate` writes them; those that come with the program if not given.
     #[serde(skip_serializing_if = "Calibration::is_default")]
     pub calibration: Calibration,
@@ -199,10 +201,18 @@ impl Default for AContrarioConfig {
 }
 
 impl DenseVerdictConfig {
-    /// Whether a really different pose of this score makes an answer of score `best` ambiguous.
+    /// Whether a really different pose of this score may make an answer of score `best` ambiguous.
     #[must_use]
-    pub fn is_rival(&self, score: f64, best: f64) -> bool {
+    pub fn comes_close(&self, score: f64, best: f64) -> bool {
         score > self.rival_score * best || score > self.rival_alone
+    }
+
+    /// Whether one that comes close does, by what is known of both.
+    #[must_use]
+    pub fn is_rival(&self, rival: &Predictors, answer: &Predictors) -> bool {
+        let behind = self.calibration.log_odds(answer) - self.calibration.log_odds(rival);
+        // Written so that a NaN is a rival.
+        !(behind > self.rival_odds.ln())
     }
 }
 
@@ -213,6 +223,7 @@ impl Default for DenseVerdictConfig {
             min_stiffness: MIN_STIFFNESS,
             rival_score: 0.8,
             rival_alone: 0.2,
+            rival_odds: 20.0,
             calibration: Calibration::default(),
         }
     }

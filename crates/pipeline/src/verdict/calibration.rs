@@ -29,11 +29,9 @@ pub struct Predictors {
 }
 
 /// Number of terms of the model beside the intercept.
-pub const N_TERMS: usize = 9;
+pub const N_TERMS: usize = 7;
 /// Scores below this are all the same.
 const MIN_SCORE: f64 = 1e-3;
-/// More powers of ten of random poses than this are all the same.
-const MAX_LOG10_RANDOM_POSES: f64 = 3.0;
 /// Residuals above this, `pr`, are all the same.
 pub const MAX_RESIDUAL_PR: f64 = 2.0;
 
@@ -43,6 +41,8 @@ const MIN_STIFFNESS: f64 = 1e-4;
 /// Normals that disagree say how noisy the scans are, and so how far apart right surfaces may lie; shares above this say no
 /// more.
 const MAX_DISAGREEING: f64 = 0.05;
+/// So do angles between normals, up to this, radians.
+const MAX_NORMAL_ANGLE: f64 = 0.45;
 
 impl Predictors {
     /// The terms of the model, in the order of [`Calibration::weights`].
@@ -50,14 +50,12 @@ impl Predictors {
     pub fn terms(&self) -> [f64; N_TERMS] {
         [
             self.score.max(MIN_SCORE).ln(),
-            self.log10_false_alarms.clamp(0.0, MAX_LOG10_RANDOM_POSES),
             self.residual_pr,
-            self.runner_up,
             self.disagreeing.min(MAX_DISAGREEING),
             self.contradictions,
             (-self.log10_false_alarms).max(0.0).ln_1p(),
             self.stiffness.max(MIN_STIFFNESS).ln(),
-            self.normal_angle,
+            self.normal_angle.min(MAX_NORMAL_ANGLE),
         ]
     }
 }
@@ -70,12 +68,8 @@ pub struct Calibration {
     pub intercept: f64,
     /// Per natural logarithm of the score.
     pub ln_score: f64,
-    /// Per power of ten of random poses that have as many inliers; nothing where there is less than one.
-    pub log10_random_poses: f64,
     /// Per `pr` of mean distance where the surfaces touch.
     pub residual: f64,
-    /// Per share of the best score that the best really different pose has.
-    pub runner_up: f64,
     /// Per share of points that touch with normals that disagree.
     pub disagreeing: f64,
     /// Per share of points that contradict.
@@ -93,23 +87,11 @@ impl Calibration {
     /// From an intercept and the weights of [`Predictors::terms`].
     #[must_use]
     pub fn new(intercept: f64, weights: [f64; N_TERMS]) -> Calibration {
-        let [
-            ln_score,
-            log10_random_poses,
-            residual,
-            runner_up,
-            disagreeing,
-            contradictions,
-            ln_powers_of_ten,
-            ln_stiffness,
-            normal_angle,
-        ] = weights;
+        let [ln_score, residual, disagreeing, contradictions, ln_powers_of_ten, ln_stiffness, normal_angle] = weights;
         Calibration {
             intercept,
             ln_score,
-            log10_random_poses,
             residual,
-            runner_up,
             disagreeing,
             contradictions,
             ln_powers_of_ten,
@@ -123,9 +105,7 @@ impl Calibration {
     pub fn weights(&self) -> [f64; N_TERMS] {
         [
             self.ln_score,
-            self.log10_random_poses,
             self.residual,
-            self.runner_up,
             self.disagreeing,
             self.contradictions,
             self.ln_powers_of_ten,
@@ -143,8 +123,13 @@ impl Calibration {
     /// Probability of a right answer, 0 to 1.
     #[must_use]
     pub fn confidence(&self, known: &Predictors) -> f64 {
-        let log_odds: f64 = self.intercept + self.weights().iter().zip(known.terms()).map(|(w, x)| w * x).sum::<f64>();
-        1.0 / (1.0 + (-log_odds).exp())
+        1.0 / (1.0 + (-self.log_odds(known)).exp())
+    }
+
+    /// Natural logarithm of the odds of a right answer.
+    #[must_use]
+    pub fn log_odds(&self, known: &Predictors) -> f64 {
+        self.intercept + self.weights().iter().zip(known.terms()).map(|(w, x)| w * x).sum::<f64>()
     }
 }
 
@@ -172,8 +157,8 @@ mod tests {
 
     #[test]
     fn confidence_is_the_logistic_function_of_the_weighted_terms() {
-        let calibration = Calibration::new(0.5, [1.0, -0.25, -2.0, -1.0, -10.0, -20.0, 0.5, 2.0, 3.0]);
-        let log_odds = 0.5 + 0.6f64.ln() - 0.2 - 0.1 - 0.1 - 0.02 + 0.5 * 61f64.ln() + 2.0 * 0.05f64.ln() + 3.0 * 0.1;
+        let calibration = Calibration::new(0.5, [1.0, -2.0, -10.0, -20.0, 0.5, 2.0, 3.0]);
+        let log_odds = 0.5 + 0.6f64.ln() - 0.2 - 0.1 - 0.02 + 0.5 * 61f64.ln() + 2.0 * 0.05f64.ln() + 3.0 * 0.1;
         assert!((calibration.confidence(&GOOD) - 1.0 / (1.0 + (-log_odds).exp())).abs() < 1e-12);
     }
 

@@ -10,15 +10,17 @@ mod significance;
 pub use calibration::{Calibration, MAX_RESIDUAL_PR, N_TERMS, Predictors};
 pub(crate) use significance::Significance;
 
-use crate::chain::Chosen;
 use crate::ranking::Ranked;
 use crate::{AContrarioConfig, DenseVerdictConfig, Failure, VerdictConfig};
 use congruent_geometry::Length;
 use congruent_refinement::Hold;
 
-/// What speaks for and against an answer.
+/// What speaks for and against a pose.
 pub(crate) struct Evident<'a> {
-    pub(crate) chosen: &'a Chosen,
+    /// How the surfaces lie on each other, where that was looked at.
+    pub(crate) ranked: Option<Ranked>,
+    /// Score of the best pose that is really different.
+    pub(crate) second: f64,
     pub(crate) significance: &'a Significance,
     pub(crate) hold: Hold,
     /// `pr`, data units.
@@ -31,10 +33,12 @@ pub(crate) struct Judgement {
     pub(crate) confidence: f64,
     /// Why it is not believed.
     pub(crate) doubt: Option<Failure>,
-    /// Other poses, between the centred clouds, that are nearly as good; the answer is then ambiguous.
-    pub(crate) rivals: Vec<Ranked>,
     /// What the calibrated model looked at, where there was a dense ranking.
     pub(crate) predictors: Option<Predictors>,
+    /// Other poses, between the centred clouds, that are nearly as good; the answer is then ambiguous.
+    pub(crate) rivals: Vec<Ranked>,
+    /// What was known of those that were looked at closely, rivals in the end or not.
+    pub(crate) examined: Vec<Predictors>,
 }
 
 impl Judgement {
@@ -61,64 +65,60 @@ impl VerdictConfig {
         }
     }
 
+    /// A pose by itself. One that the surfaces do not hold is not believed, however well they lie on each other.
     pub(crate) fn judge(&self, evident: &Evident<'_>) -> Judgement {
-        let better = |score: f64, best: f64| score > best;
         let predictors = evident.predictors();
-        match (self, predictors) {
-            (VerdictConfig::AContrario(config), _) => {
-                evident.judged(evident.significance.judge(config), config.min_stiffness, &better, predictors)
-            }
-            (VerdictConfig::Dense(config), Some(known)) => {
-                let believed = config.judge(&known, evident.significance.inliers);
-                let is_rival = |score: f64, best: f64| config.is_rival(score, best);
-                evident.judged(believed, config.min_stiffness, &is_rival, predictors)
-            }
+        let inliers = evident.significance.inliers;
+        let (confidence, doubt) = match (self, &predictors) {
+            (VerdictConfig::AContrario(config), _) => evident.significance.judge(config),
+            (VerdictConfig::Dense(config), Some(known)) => config.judge(known, inliers),
             // Without a dense ranking there is only chance to compare with.
-            (VerdictConfig::Dense(config), None) => {
-                let believed = evident.significance.judge(&AContrarioConfig::default());
-                evident.judged(believed, config.min_stiffness, &better, None)
-            }
+            (VerdictConfig::Dense(_), None) => evident.significance.judge(&AContrarioConfig::default()),
+        };
+        let needed = self.min_stiffness();
+        let n_free = evident.hold.n_free(needed);
+        let sliding = Failure::Sliding { n_free, stiffness: evident.hold.stiffness[0], needed };
+        Judgement {
+            confidence: confidence.min(if n_free > 0 { SLIDING_CONFIDENCE } else { 1.0 }),
+            doubt: doubt.or((n_free > 0).then_some(sliding)),
+            predictors,
+            rivals: Vec::new(),
+            examined: Vec::new(),
+        }
+    }
+
+    /// Whether a really different pose of this score may be as good as an answer of score `best`.
+    pub(crate) fn comes_close(&self, score: f64, best: f64) -> bool {
+        match self {
+            VerdictConfig::AContrario(_) => score > best,
+            VerdictConfig::Dense(config) => config.comes_close(score, best),
+        }
+    }
+
+    /// Whether one that comes close is as good as the answer, after both have been refined and looked at alike.
+    pub(crate) fn is_rival(&self, rival: Option<&Predictors>, answer: Option<&Predictors>) -> bool {
+        match (self, rival, answer) {
+            (VerdictConfig::Dense(config), Some(rival), Some(answer)) => config.is_rival(rival, answer),
+            _ => true,
         }
     }
 }
 
 impl Evident<'_> {
-    fn predictors(&self) -> Option<Predictors> {
-        let ranked = self.chosen.ranked.as_ref()?;
-        let second = self.chosen.others.first().map_or(0.0, |other| other.score.value());
-        let best = ranked.score.value();
+    pub(crate) fn predictors(&self) -> Option<Predictors> {
+        let ranked = self.ranked?;
+        let score = ranked.score.value();
         Some(Predictors {
-            score: best,
+            score,
             overlap: ranked.agreement.overlap,
             residual_pr: (ranked.agreement.residual / self.resolution).min(MAX_RESIDUAL_PR),
             contradictions: ranked.agreement.hover + ranked.agreement.occlusion,
             disagreeing: ranked.agreement.disagreeing,
-            runner_up: if best > 0.0 { (second / best).min(1.0) } else { 1.0 },
+            runner_up: if score > 0.0 { (self.second / score).min(1.0) } else { 1.0 },
             log10_false_alarms: self.significance.log10_false_alarms,
             stiffness: self.hold.stiffness[0],
             normal_angle: ranked.agreement.normal_angle,
         })
-    }
-
-    /// A pose that the surfaces do not hold is not believed, however well they lie on each other.
-    fn judged(
-        &self,
-        (confidence, doubt): (f64, Option<Failure>),
-        min_stiffness: f64,
-        is_rival: &dyn Fn(f64, f64) -> bool,
-        predictors: Option<Predictors>,
-    ) -> Judgement {
-        let n_free = self.hold.n_free(min_stiffness);
-        let doubt = doubt.or((n_free > 0).then_some(Failure::Sliding {
-            n_free,
-            stiffness: self.hold.stiffness[0],
-            needed: min_stiffness,
-        }));
-        let best = self.chosen.ranked.map_or(f64::INFINITY, |ranked| ranked.score.value());
-        let rivals: Vec<Ranked> =
-            self.chosen.others.iter().filter(|other| is_rival(other.score.value(), best)).copied().collect();
-        let ceiling = if n_free > 0 { SLIDING_CONFIDENCE } else { 1.0 };
-        Judgement { confidence: confidence.min(ceiling), doubt, rivals, predictors }
     }
 }
 
