@@ -39,17 +39,19 @@ impl Cells {
         };
         let cells: Vec<u32> =
             points.par_iter().with_min_len(POINTS_AT_A_TIME).map(|point| cell(point) as u32).collect();
+        // First where each cell ends; filling it from behind leaves where it starts.
         let mut starts = vec![0u32; grid.n_cells() + 1];
-        cells.iter().for_each(|&cell| starts[cell as usize + 1] += 1);
-        for i in 1..starts.len() {
-            starts[i] += starts[i - 1];
+        cells.iter().for_each(|&cell| starts[cell as usize] += 1);
+        let mut end = 0;
+        for start in &mut starts {
+            end += *start;
+            *start = end;
         }
-        let mut next = starts.clone();
         let mut order = vec![0; points.len()];
-        for (number, &cell) in (0..n).zip(&cells) {
-            let next = &mut next[cell as usize];
-            order[*next as usize] = number;
-            *next += 1;
+        for (number, &cell) in (0..n).zip(&cells).rev() {
+            let start = &mut starts[cell as usize];
+            *start -= 1;
+            order[*start as usize] = number;
         }
         Cells { grid, starts, order }
     }

@@ -1,6 +1,7 @@
 //! Voxel grids: one point for each occupied cell.
 
 use crate::{Point, narrow};
+use multiversion::multiversion;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -29,7 +30,7 @@ pub fn voxel_centroids(points: &[Point], normals: Option<&[Point]>, leaf: f64) -
     let leaf = usable(points, leaf);
     let groups = match Packing::of(points, leaf) {
         Some(packing) => match packing.few_keys(MAX_CELLS_PER_POINT * points.len()) {
-            Some(n) => Groups::counted(points, n, |p| packing.key(&cell(p, leaf)) as u32),
+            Some(n) => Groups::counted(&packing.keys(points, leaf), n),
             None => Groups::sorted(points, |p| packing.key(&cell(p, leaf))),
         },
         None => Groups::sorted(points, |p| cell(p, leaf)),
@@ -43,7 +44,7 @@ pub fn voxel_count(points: &[Point], leaf: f64) -> usize {
     let leaf = usable(points, leaf);
     match Packing::of(points, leaf) {
         Some(packing) => match packing.few_keys(MAX_BITS_PER_POINT * points.len()) {
-            Some(n) => marked(points, n, |p| packing.key(&cell(p, leaf))),
+            Some(n) => marked(&packing.keys(points, leaf), n),
             None => distinct(points, |p| packing.key(&cell(p, leaf))),
         },
         None => distinct(points, |p| cell(p, leaf)),
@@ -51,6 +52,9 @@ pub fn voxel_count(points: &[Point], leaf: f64) -> usize {
 }
 
 type Cell = [i64; 3];
+
+/// Keys that one thread makes at a time.
+const KEYS_AT_A_TIME: usize = 4096;
 
 /// Finer cells could not be numbered.
 fn usable(points: &[Point], leaf: f64) -> f64 {
@@ -91,6 +95,16 @@ impl Packing {
         (n <= limit && n <= 1 << 31).then_some(n)
     }
 
+    /// The keys of all points, where there are few.
+    fn keys(&self, points: &[Point], leaf: f64) -> Vec<u32> {
+        let mut keys = vec![0; points.len()];
+        let shifts = [self.bits[1] + self.bits[2], self.bits[2], 0];
+        let low = self.low.map(|low| low as f64);
+        let blocks = keys.par_chunks_mut(KEYS_AT_A_TIME).zip(points.par_chunks(KEYS_AT_A_TIME));
+        blocks.for_each(|(keys, points)| small_keys(points, leaf, low, shifts, keys));
+        keys
+    }
+
     #[inline]
     fn key(&self, cell: &Cell) -> u64 {
         // A shift by 64 comes only with a cell that is zero.
@@ -100,10 +114,21 @@ impl Packing {
     }
 }
 
+/// As [`Packing::key`], of keys below 2³¹.
+#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
+fn small_keys(points: &[Point], leaf: f64, low: [f64; 3], shifts: [u32; 3], keys: &mut [u32]) {
+    for (key, point) in keys.iter_mut().zip(points) {
+        // Below 2⁵³, so the difference is exact.
+        let steps: [u32; 3] =
+            std::array::from_fn(|axis| ((f64::from(point[axis]) / leaf).floor() - low[axis]) as i32 as u32);
+        *key = steps[0] << shifts[0] | steps[1] << shifts[1] | steps[2];
+    }
+}
+
 /// How many different keys there are, by a bit for each.
-fn marked(points: &[Point], n_keys: usize, key: impl Fn(&Point) -> u64) -> usize {
+fn marked(keys: &[u32], n_keys: usize) -> usize {
     let mut marks = vec![0u64; n_keys.div_ceil(64)];
-    for key in points.iter().map(key) {
+    for key in keys {
         marks[(key / 64) as usize] |= 1 << (key % 64);
     }
     marks.iter().map(|word| word.count_ones() as usize).sum()
@@ -124,8 +149,7 @@ struct Groups {
 }
 
 impl Groups {
-    fn counted(points: &[Point], n_keys: usize, key: impl Fn(&Point) -> u32 + Send + Sync) -> Groups {
-        let keys: Vec<u32> = points.par_iter().map(key).collect();
+    fn counted(keys: &[u32], n_keys: usize) -> Groups {
         let mut next = vec![0u32; n_keys];
         keys.iter().for_each(|&key| next[key as usize] += 1);
         let (mut sum, mut ends) = (0, Vec::new());
@@ -137,8 +161,8 @@ impl Groups {
             }
             *count = start;
         }
-        let mut order = vec![0; points.len()];
-        for (i, key) in (0u32..).zip(keys) {
+        let mut order = vec![0; keys.len()];
+        for (i, &key) in (0u32..).zip(keys) {
             let place = &mut next[key as usize];
             order[*place as usize] = i;
             *place += 1;

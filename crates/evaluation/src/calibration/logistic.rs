@@ -105,7 +105,7 @@ pub(super) mod tests {
 
     #[test]
     fn the_probabilities_that_made_the_data_come_back() {
-        let truth = Calibration::new(4.0, [1.2, -3.0, -30.0, -15.0, 0.5, 0.8, 1.5]);
+        let truth = Calibration::new(4.0, [-1.2, -3.0, -30.0, -15.0, 0.5, 0.8, 1.5]);
         let rows = rows_of(&truth, 20_000);
         let found = fit(answers(&rows), 1e-3);
         // Coefficients of terms that go together may trade with each other.
@@ -121,7 +121,7 @@ pub(super) mod tests {
 
     #[test]
     fn separable_and_empty_data_have_an_answer() {
-        let truth = Calibration::new(400.0, [120.0, -300.0, -800.0, -1500.0, 0.0, 0.0, 0.0]);
+        let truth = Calibration::new(400.0, [-120.0, -300.0, -800.0, -1500.0, 0.0, 0.0, 0.0]);
         let found = fit(answers(&rows_of(&truth, 300)), 0.1);
         assert!(found.weights().iter().all(|w| w.is_finite()));
         let none = fit([], 0.1);

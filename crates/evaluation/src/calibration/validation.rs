@@ -154,7 +154,7 @@ mod tests {
 
     #[test]
     fn a_model_that_fits_is_reliable_and_its_figures_add_up() {
-        let truth = Calibration::new(4.0, [1.2, -3.0, -30.0, -15.0, 0.3, 0.0, 0.0]);
+        let truth = Calibration::new(4.0, [-1.2, -3.0, -30.0, -15.0, 0.3, 0.0, 0.0]);
         let rows = rows_of(&truth, 3000);
         let verdict = DenseVerdictConfig::default();
         let validation = Validation::new(&rows, &verdict);

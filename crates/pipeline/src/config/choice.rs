@@ -223,7 +223,7 @@ impl Default for DenseVerdictConfig {
             min_stiffness: MIN_STIFFNESS,
             rival_score: 0.8,
             rival_alone: 0.2,
-            rival_odds: 20.0,
+            rival_odds: 50.0,
             calibration: Calibration::default(),
         }
     }

@@ -32,6 +32,8 @@ pub struct Predictors {
 pub const N_TERMS: usize = 7;
 /// Scores below this are all the same.
 const MIN_SCORE: f64 = 1e-3;
+/// Scores below this are small: so little touches that chance may fit it well. Above it, a larger overlap is no better an answer.
+const SMALL_SCORE: f64 = 0.05;
 /// Residuals above this, `pr`, are all the same.
 pub const MAX_RESIDUAL_PR: f64 = 2.0;
 
@@ -42,14 +44,15 @@ const MIN_STIFFNESS: f64 = 1e-4;
 /// more.
 const MAX_DISAGREEING: f64 = 0.05;
 /// So do angles between normals, up to this, radians.
-const MAX_NORMAL_ANGLE: f64 = 0.45;
+const MAX_NORMAL_ANGLE: f64 = 0.4;
 
 impl Predictors {
     /// The terms of the model, in the order of [`Calibration::weights`].
     #[must_use]
     pub fn terms(&self) -> [f64; N_TERMS] {
+        let score = self.score.max(MIN_SCORE);
         [
-            self.score.max(MIN_SCORE).ln(),
+            (SMALL_SCORE / score).max(1.0).ln(),
             self.residual_pr,
             self.disagreeing.min(MAX_DISAGREEING),
             self.contradictions,
@@ -66,8 +69,8 @@ impl Predictors {
 pub struct Calibration {
     /// Log odds where all terms are zero.
     pub intercept: f64,
-    /// Per natural logarithm of the score.
-    pub ln_score: f64,
+    /// Per natural logarithm of how many times smaller than 0.05 the score is.
+    pub ln_smallness: f64,
     /// Per `pr` of mean distance where the surfaces touch.
     pub residual: f64,
     /// Per share of points that touch with normals that disagree.
@@ -87,10 +90,11 @@ impl Calibration {
     /// From an intercept and the weights of [`Predictors::terms`].
     #[must_use]
     pub fn new(intercept: f64, weights: [f64; N_TERMS]) -> Calibration {
-        let [ln_score, residual, disagreeing, contradictions, ln_powers_of_ten, ln_stiffness, normal_angle] = weights;
+        let [ln_smallness, residual, disagreeing, contradictions, ln_powers_of_ten, ln_stiffness, normal_angle] =
+            weights;
         Calibration {
             intercept,
-            ln_score,
+            ln_smallness,
             residual,
             disagreeing,
             contradictions,
@@ -104,7 +108,7 @@ impl Calibration {
     #[must_use]
     pub fn weights(&self) -> [f64; N_TERMS] {
         [
-            self.ln_score,
+            self.ln_smallness,
             self.residual,
             self.disagreeing,
             self.contradictions,
@@ -157,8 +161,8 @@ mod tests {
 
     #[test]
     fn confidence_is_the_logistic_function_of_the_weighted_terms() {
-        let calibration = Calibration::new(0.5, [1.0, -2.0, -10.0, -20.0, 0.5, 2.0, 3.0]);
-        let log_odds = 0.5 + 0.6f64.ln() - 0.2 - 0.1 - 0.02 + 0.5 * 61f64.ln() + 2.0 * 0.05f64.ln() + 3.0 * 0.1;
+        let calibration = Calibration::new(0.5, [-0.7, -2.0, -10.0, -20.0, 0.5, 2.0, 3.0]);
+        let log_odds = 0.5 - 0.2 - 0.1 - 0.02 + 0.5 * 61f64.ln() + 2.0 * 0.05f64.ln() + 3.0 * 0.1;
         assert!((calibration.confidence(&GOOD) - 1.0 / (1.0 + (-log_odds).exp())).abs() < 1e-12);
     }
 
@@ -168,7 +172,7 @@ mod tests {
         let confidence = calibration.confidence(&GOOD);
         assert!(confidence > 0.99);
         for worse in [
-            Predictors { score: 0.05, ..GOOD },
+            Predictors { score: 0.005, ..GOOD },
             Predictors { residual_pr: MAX_RESIDUAL_PR, ..GOOD },
             Predictors { log10_false_alarms: 2.0, ..GOOD },
         ] {
