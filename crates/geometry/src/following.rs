@@ -32,11 +32,12 @@ impl OrderedPoints {
     /// nearest point must be the same, or still out of reach: by the triangle inequality.
     pub fn nearest_following(&self, query: &Point, radius: f64, last: &mut LastSeen) -> Option<u32> {
         let moved = distance_sq(&last.at, query).sqrt();
-        // Written so that a NaN is looked for.
         if last.nearest == NOBODY && moved + radius as f32 <= last.free {
             return None;
         }
-        if last.nearest == NOBODY || !(moved <= last.free) {
+        // What is no number is looked for.
+        let is_known = last.nearest != NOBODY && moved <= last.free;
+        if !is_known {
             *last = self.seen(query, radius, f64::from(moved) < SETTLED * radius);
         }
         let nearest = (last.nearest != NOBODY).then_some(last.nearest as usize)?;
@@ -110,7 +111,7 @@ mod tests {
         let ordered = OrderedPoints::new(&[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]], 4.0);
         let mut last = LastSeen::default();
         let mut nearest = |x: f32| ordered.nearest_following(&[x, 0.0, 0.0], 9.0, &mut last).unwrap();
-        assert_eq!([0.0, 1e-7, -1e-7, 0.5, 0.1, -0.1].map(|x| nearest(x)), [0, 1, 0, 1, 1, 0]);
+        assert_eq!([0.0, 1e-7, -1e-7, 0.5, 0.1, -0.1].map(&mut nearest), [0, 1, 0, 1, 1, 0]);
     }
 
     #[test]

@@ -114,14 +114,12 @@ impl DepthImage {
 /// Of each pixel of a picture that is `width` wide; nothing at its rim.
 fn fronts(depth: &[f32], width: usize) -> Vec<f32> {
     let mut fronts = vec![f32::NEG_INFINITY; depth.len()];
-    for pixel in width..depth.len().saturating_sub(width) {
-        if pixel % width == 0 || (pixel + 1) % width == 0 {
-            continue;
-        }
+    let inside = fronts.iter_mut().enumerate().take(depth.len().saturating_sub(width)).skip(width);
+    for (pixel, front) in inside.filter(|(pixel, _)| pixel % width != 0 && (pixel + 1) % width != 0) {
         let rows = [pixel - width, pixel, pixel + width].map(|middle| &depth[middle - 1..middle + 2]);
-        let seen = rows.iter().copied().flatten().filter(|depth| depth.is_finite()).count();
-        if seen >= MIN_SEEN {
-            fronts[pixel] = rows.iter().copied().flatten().copied().fold(f32::INFINITY, f32::min);
+        let around = || rows.iter().copied().flatten().copied();
+        if around().filter(|depth| depth.is_finite()).count() >= MIN_SEEN {
+            *front = around().fold(f32::INFINITY, f32::min);
         }
     }
     fronts

@@ -77,7 +77,7 @@ pub(super) mod tests {
             .map(|i| {
                 let mut stream = Stream::new(7, i);
                 let known = Predictors {
-                    score: stream.between(0.02, 0.8),
+                    score: stream.between(0.005, 0.12),
                     overlap: 0.5,
                     residual_pr: stream.between(0.05, 1.5),
                     contradictions: stream.between(0.0, 0.1),

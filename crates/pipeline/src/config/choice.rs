@@ -211,8 +211,8 @@ impl DenseVerdictConfig {
     #[must_use]
     pub fn is_rival(&self, rival: &Predictors, answer: &Predictors) -> bool {
         let behind = self.calibration.log_odds(answer) - self.calibration.log_odds(rival);
-        // Written so that a NaN is a rival.
-        !(behind > self.rival_odds.ln())
+        // What is no number is a rival.
+        behind.is_nan() || behind <= self.rival_odds.ln()
     }
 }
 
