@@ -91,7 +91,8 @@ pub struct DenseVerdictConfig {
     pub rival_score: f64,
     /// So may one with more than this score, however good the best is: parts of a facade that lie on other parts.
     pub rival_alone: f64,
-    /// It does, unless its odds, once it is refined like the answer, are less than the answer's by this factor.
+    /// It does, unless its odds by the surfaces alone, once it is refined like the answer, are less than the answer's by this
+    /// factor.
     pub rival_odds: f64,
     /// Coefficients of the confidence, as `congruent calibrate` writes them; those that come with the program if not given.
     #[serde(skip_serializing_if = "Calibration::is_default")]
@@ -207,10 +208,12 @@ impl DenseVerdictConfig {
         score > self.rival_score * best || score > self.rival_alone
     }
 
-    /// Whether one that comes close does, by what is known of both.
+    /// Whether one that comes close does, by how the surfaces lie on each other. How many correspondences agree is no argument:
+    /// scans that were sampled alike tell parts of a shape apart that are the same.
     #[must_use]
     pub fn is_rival(&self, rival: &Predictors, answer: &Predictors) -> bool {
-        let behind = self.calibration.log_odds(answer) - self.calibration.log_odds(rival);
+        let rival = Predictors { log10_false_alarms: answer.log10_false_alarms, ..*rival };
+        let behind = self.calibration.log_odds(answer) - self.calibration.log_odds(&rival);
         // What is no number is a rival.
         behind.is_nan() || behind <= self.rival_odds.ln()
     }
@@ -223,7 +226,7 @@ impl Default for DenseVerdictConfig {
             min_stiffness: MIN_STIFFNESS,
             rival_score: 0.8,
             rival_alone: 0.2,
-            rival_odds: 50.0,
+            rival_odds: 20.0,
             calibration: Calibration::default(),
         }
     }
