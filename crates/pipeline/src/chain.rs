@@ -340,7 +340,7 @@ impl<'a> Chain<'a, '_> {
         let (config, resolution) = (self.config, self.resolution);
         for close in std::mem::take(&mut judgement.rivals) {
             let ranked = ranking.judge(&self.refined(prepared, &close.target_from_source).target_from_source);
-            if !ranking.apart(&ranked, answer) {
+            if std::iter::once(answer).chain(&judgement.rivals).any(|known| !ranking.apart(&ranked, known)) {
                 continue;
             }
             let (significance, hold) = self.measured(&ranked.target_from_source, &prepared.surfaces, evidence);
