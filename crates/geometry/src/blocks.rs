@@ -28,7 +28,7 @@ impl Block {
         self.columns.each_ref().map(|column| &column[..self.len.div_ceil(LANES)])
     }
 
-    fn gather(&mut self, points: &OrderedPoints, runs: &[Range<usize>]) {
+    pub(crate) fn gather(&mut self, points: &OrderedPoints, runs: &[Range<usize>]) {
         self.len = runs.iter().map(ExactSizeIterator::len).sum();
         for (own, column) in self.columns.iter_mut().zip(points.columns()) {
             if own.len() * LANES < self.len {
@@ -48,23 +48,32 @@ impl Block {
 
 impl OrderedPoints {
     /// Hands every cell that has points to `work`: the places of its points in the order, and all points of the cells around
-    /// it, which hold everything within the side of a cell of each of them. What comes of it is in the order of the cells.
-    pub(crate) fn each_block<T: Clone + Send + Sync>(
+    /// it, which hold everything within the side of a cell of each of them. `work` has a place of its thread to work in. It
+    /// makes something of each point; what comes of it is in the order of the cells.
+    pub(crate) fn each_block<P: Default + Send, T: Copy + Default + Send + Sync>(
         &self,
-        work: impl Fn(Range<usize>, &Block, &mut Vec<T>) + Sync,
+        work: impl Fn(&mut P, Range<usize>, &Block, &mut Vec<T>) + Sync,
     ) -> Vec<T> {
         let cells = self.cells();
         let rows: Vec<usize> = cells.occupied_rows().collect();
-        let of_row = |block: &mut Block, row: &usize| {
+        let of_row = |(block, workplace): &mut (Block, P), row: &usize| {
             let mut made = Vec::new();
             cells.row_blocks(*row, |members, runs| {
                 block.gather(self, runs);
-                work(members, block, &mut made);
+                work(workplace, members, block, &mut made);
             });
             made
         };
-        let made: Vec<Vec<T>> = rows.par_iter().with_min_len(ROWS_AT_A_TIME).map_init(Block::default, of_row).collect();
+        let made: Vec<Vec<T>> =
+            rows.par_iter().with_min_len(ROWS_AT_A_TIME).map_init(Default::default, of_row).collect();
         made.concat()
+    }
+
+    /// Of things in the order of the cells, one a point, those of the points in their own order.
+    pub(crate) fn in_order_of_points<T: Copy + Default>(&self, of_places: &[T]) -> Vec<T> {
+        let mut of_points = vec![T::default(); of_places.len()];
+        self.cells().order().iter().zip(of_places).for_each(|(&i, made)| of_points[i as usize] = *made);
+        of_points
     }
 }
 
@@ -84,7 +93,7 @@ mod tests {
                 let p = ordered.point(place);
                 f64::from((p[0] - x).powi(2) + (p[1] - y).powi(2) + (p[2] - z).powi(2)).sqrt() <= 0.999 * side
             };
-            let counted = ordered.each_block(|members, block, out| {
+            let counted = ordered.each_block(|(): &mut (), members, block, out| {
                 let [x, y, z] = block.columns().map(|column| column.as_flattened());
                 let beside = || (0..x.len()).map(|i| [x[i], y[i], z[i]]);
                 assert_eq!(beside().filter(|p| p[0].is_finite()).count(), block.len);
@@ -96,6 +105,6 @@ mod tests {
                 assert_eq!(count, all, "{side}");
             }
         }
-        assert!(OrderedPoints::new(&[], 1.0).each_block(|_, _, out: &mut Vec<u8>| out.push(0)).is_empty());
+        assert!(OrderedPoints::new(&[], 1.0).each_block(|(): &mut (), _, _, out: &mut Vec<u8>| out.push(0)).is_empty());
     }
 }

@@ -23,6 +23,7 @@ mod radius;
 pub mod random;
 mod resolution;
 mod scan;
+mod scatter;
 mod surface;
 mod transform;
 mod view;

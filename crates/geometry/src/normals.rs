@@ -1,9 +1,10 @@
 //! Normals by principal component analysis of a neighbourhood.
 
-use crate::eigen::{Smallest, smallest_eigen};
-use crate::{NeighborIndex, OrderedPoints, OuterSum, Point, narrow, wide};
-use nalgebra::Vector3;
+use crate::blocks::{Block, LANES};
+use crate::scatter::{Near, Scatter, normals_of, scatters_in_block};
+use crate::{NeighborIndex, OrderedPoints, Point};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Which points speak for the normal of a point; the point itself is one of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,16 +29,16 @@ pub struct PointNormal {
 /// The normal of every point: the direction in which its neighbours spread least.
 #[must_use]
 pub fn estimate_normals(points: &[Point], index: &NeighborIndex, neighborhood: Neighborhood) -> Vec<PointNormal> {
-    let around = Around::new(points, index, neighborhood);
-    let normal = |found: &mut Vec<u64>, point| around.scatter(point, found).normal().unwrap_or_default();
-    points.par_iter().map_init(Vec::new, normal).collect()
+    Around::new(points, index, neighborhood).normals()
 }
 
-/// Cells along a radius of search.
-const CELLS_PER_RADIUS: f64 = 2.0;
 /// Points at which the radius that holds `k` neighbours is measured; the guess is so many times the median.
 const GUESSED_AT: usize = 64;
-const GUESS: f64 = 1.15;
+const GUESS: f64 = 1.2;
+/// A cell is so much wider than a radius that no rounding puts what is within it outside a block.
+const WIDER: f64 = 1.001;
+/// So much farther those are looked for that are not within the guess.
+const FARTHER: f64 = 2.0;
 
 /// Finds the neighbours that speak for a normal.
 struct Around<'a> {
@@ -46,52 +47,115 @@ struct Around<'a> {
     neighborhood: Neighborhood,
     /// Nothing for a crowded cloud.
     ordered: Option<OrderedPoints>,
-    /// A radius that holds about as many neighbours as are asked for, data units.
-    guess: f64,
+    /// The radius asked for, or one that holds about as many neighbours as are asked for; data units.
+    radius: f64,
+}
+
+/// What one thread uses again from cell to cell.
+#[derive(Default)]
+struct Workplace {
+    away: Vec<[f32; LANES]>,
+    seen: Vec<Option<Scatter>>,
+    scatters: Vec<Scatter>,
+    farther: Farther,
+}
+
+/// What it uses again for a point that its block does not suffice for.
+#[derive(Default)]
+struct Farther {
+    block: Block,
+    runs: Vec<Range<usize>>,
+    seen: Vec<Option<Scatter>>,
+    found: Vec<u64>,
 }
 
 impl<'a> Around<'a> {
     fn new(points: &'a [Point], index: &'a NeighborIndex, neighborhood: Neighborhood) -> Self {
-        let guess = match neighborhood {
+        let radius = match neighborhood {
             Neighborhood::Nearest(k) => GUESS * median_reach(points, index, k),
             Neighborhood::Radius(radius) | Neighborhood::RadiusAtLeast(radius, _) => radius,
         };
-        let ordered = OrderedPoints::unless_crowded(points, guess / CELLS_PER_RADIUS);
-        Around { points, index, neighborhood, ordered, guess }
+        let ordered = OrderedPoints::unless_crowded(points, WIDER * radius);
+        Around { points, index, neighborhood, ordered, radius }
     }
 
-    fn scatter(&self, point: &Point, found: &mut Vec<u64>) -> Scatter {
+    fn normals(&self) -> Vec<PointNormal> {
+        let Some(ordered) = &self.ordered else {
+            let scatters: Vec<Scatter> = self.points.par_iter().map(|point| self.scatter(point)).collect();
+            let mut normals = Vec::with_capacity(scatters.len());
+            normals_of(&scatters, &mut normals);
+            return normals;
+        };
+        let normals = ordered.each_block(|workplace: &mut Workplace, members, block, normals| {
+            self.seen(ordered, workplace, members, block);
+            normals_of(&workplace.scatters, normals);
+        });
+        ordered.in_order_of_points(&normals)
+    }
+
+    /// The scatters of a cell's points, most of which are seen in its block.
+    fn seen(&self, ordered: &OrderedPoints, workplace: &mut Workplace, members: Range<usize>, block: &Block) {
+        let limit = self.radius as f32 * self.radius as f32;
+        let near = match self.neighborhood {
+            Neighborhood::Nearest(k) => Near::Nearest(k as u32, limit),
+            Neighborhood::Radius(_) => Near::Within(limit, 0),
+            Neighborhood::RadiusAtLeast(_, k) => Near::Within(limit, k as u32),
+        };
+        let Workplace { away, seen, scatters, farther } = workplace;
+        scatters_in_block(members.clone(), ordered.columns(), block.columns(), near, away, seen);
+        scatters.clear();
+        scatters.extend(members.zip(seen).map(|(place, seen)| match seen {
+            Some(scatter) => *scatter,
+            None => self.farther(ordered, farther, away, place),
+        }));
+    }
+
+    /// Of the nearest ones of the point at a place: in a wider block, or by a search.
+    fn farther(
+        &self,
+        ordered: &OrderedPoints,
+        Farther { block, runs, seen, found }: &mut Farther,
+        away: &mut Vec<[f32; LANES]>,
+        place: usize,
+    ) -> Scatter {
+        let (Neighborhood::Nearest(k) | Neighborhood::RadiusAtLeast(_, k)) = self.neighborhood else {
+            return Scatter::default();
+        };
+        let (point, radius) = (ordered.point(place), FARTHER * self.radius);
+        runs.clear();
+        ordered.cells().around(&point, radius, |run| runs.push(run));
+        block.gather(ordered, runs);
+        let near = Near::Nearest(k as u32, radius as f32 * radius as f32);
+        scatters_in_block(place..place + 1, ordered.columns(), block.columns(), near, away, seen);
+        seen[0].unwrap_or_else(|| {
+            let mut scatter = Scatter::default();
+            ordered.nearest_n(&point, k, radius, found);
+            found.iter().for_each(|&place| scatter.add(&ordered.point(place as usize), &point));
+            scatter
+        })
+    }
+
+    /// By the tree.
+    fn scatter(&self, point: &Point) -> Scatter {
         match self.neighborhood {
-            Neighborhood::Nearest(k) => self.nearest(point, k, found),
+            Neighborhood::Nearest(k) => self.nearest(point, k),
             Neighborhood::Radius(radius) => self.within(point, radius),
             Neighborhood::RadiusAtLeast(radius, k) => {
                 let within = self.within(point, radius);
-                if within.n < k as f64 { self.nearest(point, k, found) } else { within }
+                if within.n < k as f64 { self.nearest(point, k) } else { within }
             }
         }
     }
 
-    fn nearest(&self, point: &Point, k: usize, found: &mut Vec<u64>) -> Scatter {
-        let mut scatter = Scatter::around(point);
-        match &self.ordered {
-            Some(ordered) => {
-                ordered.nearest_n(point, k, self.guess, found);
-                found.iter().for_each(|&place| scatter.add(&ordered.point(place as usize)));
-            }
-            None => {
-                let nearest = self.index.nearest_n(point, k);
-                nearest.iter().for_each(|n| scatter.add(&self.points[n.index as usize]));
-            }
-        }
+    fn nearest(&self, point: &Point, k: usize) -> Scatter {
+        let mut scatter = Scatter::default();
+        self.index.nearest_n(point, k).iter().for_each(|n| scatter.add(&self.points[n.index as usize], point));
         scatter
     }
 
     fn within(&self, point: &Point, radius: f64) -> Scatter {
-        let mut scatter = Scatter::around(point);
-        match &self.ordered {
-            Some(ordered) => ordered.within(point, radius, |place, _| scatter.add(&ordered.point(place))),
-            None => self.index.within(point, radius, |n| scatter.add(&self.points[n.index as usize])),
-        }
+        let mut scatter = Scatter::default();
+        self.index.within(point, radius, |n| scatter.add(&self.points[n.index as usize], point));
         scatter
     }
 }
@@ -104,47 +168,12 @@ fn median_reach(points: &[Point], index: &NeighborIndex, k: usize) -> f64 {
     reaches.get(reaches.len() / 2).map_or(0.0, |reach| f64::from(*reach))
 }
 
-/// First and second moments relative to a nearby point: without the shift, far coordinates would cancel.
-struct Scatter {
-    centre: Vector3<f64>,
-    n: f64,
-    sum: Vector3<f64>,
-    squares: OuterSum,
-}
-
-impl Scatter {
-    fn around(centre: &Point) -> Self {
-        Scatter { centre: wide(*centre), n: 0.0, sum: Vector3::zeros(), squares: OuterSum::default() }
-    }
-
-    #[inline]
-    fn add(&mut self, point: &Point) {
-        let offset = wide(*point) - self.centre;
-        self.n += 1.0;
-        self.sum += offset;
-        self.squares.add(&offset, 1.0);
-    }
-
-    fn normal(&self) -> Option<PointNormal> {
-        if self.n < 3.0 {
-            return None;
-        }
-        let mean = self.sum / self.n;
-        let Smallest { values: [smallest, middle, largest], vector } =
-            smallest_eigen(&(self.squares.matrix() / self.n - mean * mean.transpose()));
-        // On a line every direction across it is as good as another.
-        if middle.is_nan() || middle <= 1e-12 * largest {
-            return None;
-        }
-        let curvature = (smallest / (smallest + middle + largest)).abs() as f32;
-        Some(PointNormal { normal: narrow(&vector), curvature })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::random::Stream;
+    use crate::{narrow, wide};
+    use nalgebra::Vector3;
 
     fn normals_of(points: &[Point], neighborhood: Neighborhood) -> Vec<PointNormal> {
         estimate_normals(points, &NeighborIndex::new(points), neighborhood)
@@ -182,9 +211,9 @@ mod tests {
             let by_grid = Around::new(&points, &index, neighborhood);
             assert!(by_grid.ordered.is_some());
             let by_tree = Around { ordered: None, ..Around::new(&points, &index, neighborhood) };
-            for point in &points {
-                let [one, other] = [&by_grid, &by_tree].map(|around| around.scatter(point, &mut Vec::new()));
-                assert!(one.n == other.n && (one.sum - other.sum).norm() < 1e-9, "{neighborhood:?}");
+            for (one, other) in by_grid.normals().iter().zip(by_tree.normals()) {
+                let cosine = wide(one.normal).dot(&wide(other.normal)).abs();
+                assert!(cosine > 1.0 - 1e-6 && (one.curvature - other.curvature).abs() < 1e-6, "{neighborhood:?}");
             }
         }
         let mut crowded: Vec<Point> = (0..5000).map(|i| [1e-6 * i as f32, 1e-6 * (i % 70) as f32, 0.0]).collect();

@@ -7,6 +7,11 @@ use nalgebra::{Matrix3, Vector3};
 pub struct OuterSum([f64; 6]);
 
 impl OuterSum {
+    /// The sums of `xx`, `xy`, `xz`, `yy`, `yz` and `zz`.
+    pub(crate) fn of(sums: [f64; 6]) -> Self {
+        OuterSum(sums)
+    }
+
     /// Adds `w v vᵀ`.
     #[inline]
     pub fn add(&mut self, v: &Vector3<f64>, weight: f64) {

@@ -99,15 +99,14 @@ impl Spaced {
     fn nearest_others(&self, asked: &[u32]) -> Vec<f64> {
         // What is farther than a cell is wide may not be in the block.
         let within = (WITHIN * self.side * self.side) as f32;
-        let nearest_sq = self.ordered.each_block(|members, block, nearest_sq| {
+        let nearest_sq = self.ordered.each_block(|(): &mut (), members, block, nearest_sq| {
             second_nearest_sq(members.clone(), self.ordered.columns(), block.columns(), nearest_sq);
             let new = nearest_sq.len() - members.len();
             for (found, place) in nearest_sq[new..].iter_mut().zip(members).filter(|(found, _)| **found > within) {
                 *found = self.far_other_sq(place);
             }
         });
-        let mut of_point = vec![f32::INFINITY; nearest_sq.len()];
-        self.ordered.cells().order().iter().zip(nearest_sq).for_each(|(&i, found)| of_point[i as usize] = found);
+        let of_point = self.ordered.in_order_of_points(&nearest_sq);
         let found = asked.iter().map(|&i| of_point[i as usize]).filter(|found| found.is_finite());
         found.map(|found| f64::from(found).sqrt()).collect()
     }

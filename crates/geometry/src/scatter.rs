@@ -1,0 +1,177 @@
+//! How the neighbours of a point are scattered around it.
+
+use crate::blocks::{Column, LANES};
+use crate::eigen::{MATRICES, Smallest, Triangles, smallest_eigen};
+use crate::{OuterSum, Point, PointNormal, SortedEigen, narrow, sorted_eigen, wide};
+use multiversion::multiversion;
+use nalgebra::{Matrix3, Vector3};
+use std::cmp::Ordering;
+use std::ops::Range;
+
+/// First and second moments relative to a nearby point: without the shift, far coordinates would cancel.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Scatter {
+    pub(crate) n: f64,
+    pub(crate) sum: Vector3<f64>,
+    pub(crate) squares: OuterSum,
+}
+
+impl Scatter {
+    #[inline]
+    pub(crate) fn add(&mut self, point: &Point, centre: &Point) {
+        let offset = wide(*point) - wide(*centre);
+        self.n += 1.0;
+        self.sum += offset;
+        self.squares.add(&offset, 1.0);
+    }
+
+    /// Mean square offsets from the mean; zero of less than three points.
+    fn triangle(&self) -> [f64; 6] {
+        if self.n < 3.0 {
+            return [0.0; 6];
+        }
+        let mean = self.sum / self.n;
+        let outer = self.squares.matrix() / self.n - mean * mean.transpose();
+        [outer.m11, outer.m12, outer.m13, outer.m22, outer.m23, outer.m33]
+    }
+}
+
+/// Appends the normal of each neighbourhood; zero where it has none.
+pub(crate) fn normals_of(scatters: &[Scatter], normals: &mut Vec<PointNormal>) {
+    for some in scatters.chunks(MATRICES) {
+        let (mut triangles, mut smallest) = (Triangles::default(), Smallest::default());
+        for (i, scatter) in some.iter().enumerate() {
+            let triangle = scatter.triangle();
+            triangles.iter_mut().zip(triangle).for_each(|(lanes, entry)| lanes[i] = entry);
+        }
+        smallest_eigen(&triangles, &mut smallest);
+        normals.extend((0..some.len()).map(|i| {
+            if smallest.is_sure[i] {
+                let normal = smallest.vector.map(|lanes| lanes[i] as f32);
+                return PointNormal { normal, curvature: smallest.share[i].abs() as f32 };
+            }
+            slow_normal(triangles.map(|lanes| lanes[i])).unwrap_or_default()
+        }));
+    }
+}
+
+/// Below this share of the largest spread a spread is rounding.
+const LINE: f64 = 1e-12;
+
+fn slow_normal([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Option<PointNormal> {
+    let SortedEigen { values: [smallest, middle, largest], vectors: [normal, ..] } =
+        sorted_eigen(&Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz));
+    // On a line every direction across it is as good as another.
+    if middle.is_nan() || middle <= LINE * largest {
+        return None;
+    }
+    let curvature = (smallest / (smallest + middle + largest)).abs() as f32;
+    Some(PointNormal { normal: narrow(&normal), curvature })
+}
+
+/// Which points of a block count for a member of its cell.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Near {
+    /// Those up to this squared distance, if there are so many.
+    Within(f32, u32),
+    /// So many nearest ones, if they are not farther than this squared distance.
+    Nearest(u32, f32),
+}
+
+/// Half of the lanes: so many sums stay in registers.
+const SUMMED: usize = LANES / 2;
+/// Trials to find a distance between the `k`-th nearest point and the next.
+const TRIALS: usize = 12;
+
+/// For each member of a cell (places in the order of `all`) the scatter of its near ones among the points of a block; nothing
+/// where a block does not tell which are the nearest. `away` is used again. Sums are of `f32`, sixteen side by side: what
+/// they round is a ten-millionth of the neighbourhood's size.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+pub(crate) fn scatters_in_block(
+    members: Range<usize>,
+    all: &[Vec<f32>; 3],
+    block: [Column<'_>; 3],
+    near: Near,
+    away: &mut Vec<[f32; LANES]>,
+    found: &mut Vec<Option<Scatter>>,
+) {
+    found.clear();
+    away.resize(block[0].len(), [0.0; LANES]);
+    for place in members {
+        let centre = [all[0][place], all[1][place], all[2][place]];
+        distances_sq(centre, block, away);
+        found.push(match near {
+            Near::Within(limit, at_least) => {
+                Some(scatter_within(centre, block, away, limit)).filter(|scatter| scatter.n >= f64::from(at_least))
+            }
+            Near::Nearest(k, limit) => {
+                nearest_limit(away, k, limit).map(|limit| scatter_within(centre, block, away, limit))
+            }
+        });
+    }
+}
+
+#[inline(always)]
+fn distances_sq([x, y, z]: Point, block: [Column<'_>; 3], away: &mut [[f32; LANES]]) {
+    let [xs, ys, zs] = block.map(<[_]>::as_flattened);
+    for (((away, px), py), pz) in away.as_flattened_mut().iter_mut().zip(xs).zip(ys).zip(zs) {
+        let (dx, dy, dz) = (px - x, py - y, pz - z);
+        *away = dx * dx + dy * dy + dz * dz;
+    }
+}
+
+#[inline(always)]
+fn count_within(away: &[[f32; LANES]], limit: f32) -> u32 {
+    away.as_flattened().iter().map(|&away| u32::from(away <= limit)).sum()
+}
+
+/// A squared distance within which there are `k`, by interpolation; nothing where there is none up to `limit`, or where
+/// those at the rim are equally far.
+#[inline(always)]
+fn nearest_limit(away: &[[f32; LANES]], k: u32, limit: f32) -> Option<f32> {
+    let (mut low, mut high) = ((0.0, 0), (limit, count_within(away, limit)));
+    if high.1 <= k {
+        return (high.1 == k).then_some(limit);
+    }
+    for _ in 0..TRIALS {
+        let share = ((k - low.1) as f32 + 0.5) / (high.1 - low.1) as f32;
+        let trial = low.0 + share * (high.0 - low.0);
+        let n = count_within(away, trial);
+        match n.cmp(&k) {
+            Ordering::Less => low = (trial, n),
+            Ordering::Equal => return Some(trial),
+            Ordering::Greater => high = (trial, n),
+        }
+    }
+    None
+}
+
+#[inline(always)]
+fn scatter_within([x, y, z]: Point, block: [Column<'_>; 3], away: &[[f32; LANES]], limit: f32) -> Scatter {
+    let [xs, ys, zs] = block.map(halves);
+    let mut n = [0u32; SUMMED];
+    let mut sums = [[0f32; SUMMED]; 9];
+    for (((away, xs), ys), zs) in halves(away).iter().zip(xs).zip(ys).zip(zs) {
+        for lane in 0..SUMMED {
+            let is_near = away[lane] <= limit;
+            // What is not near, or not there, adds nothing.
+            let offset = [xs[lane] - x, ys[lane] - y, zs[lane] - z].map(|v| if is_near { v } else { 0.0 });
+            let [dx, dy, dz] = offset;
+            n[lane] += u32::from(is_near);
+            for (sum, term) in sums.iter_mut().zip([dx, dy, dz, dx * dx, dx * dy, dx * dz, dy * dy, dy * dz, dz * dz]) {
+                sum[lane] += term;
+            }
+        }
+    }
+    let [sx, sy, sz, xx, xy, xz, yy, yz, zz] = sums.map(|lanes| lanes.into_iter().map(f64::from).sum::<f64>());
+    Scatter {
+        n: f64::from(n.iter().sum::<u32>()),
+        sum: Vector3::new(sx, sy, sz),
+        squares: OuterSum::of([xx, xy, xz, yy, yz, zz]),
+    }
+}
+
+#[inline(always)]
+fn halves(column: &[[f32; LANES]]) -> &[[f32; SUMMED]] {
+    column.as_flattened().as_chunks().0
+}
