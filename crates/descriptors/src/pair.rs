@@ -110,7 +110,9 @@ fn bins_of_block(
     found: &mut [u32],
 ) {
     let n = found.len();
-    let ([px, py, pz], [nx, ny, nz]) = ([px, py, pz].map(|v| &v[..n]), [nx, ny, nz].map(|v| &v[..n]));
+    // One by one: a closure is not always compiled for the same instructions as what is around it.
+    let (px, py, pz) = (&px[..n], &py[..n], &pz[..n]);
+    let (nx, ny, nz) = (&nx[..n], &ny[..n], &nz[..n]);
     for j in 0..n {
         let offset = [px[j] - point[0], py[j] - point[1], pz[j] - point[2]];
         found[j] = bins(normal, [nx[j], ny[j], nz[j]], offset, radius_sq);
@@ -149,25 +151,46 @@ fn squared(radius: f64) -> f32 {
     radius as f32 * radius as f32
 }
 
-/// The histograms of all points for which `needed` holds, zero for the others.
-///
-/// The counts are whole numbers, whose sums do not depend on who adds them.
-pub(crate) fn pair_histograms(surface: &Surface, needed: &[bool], radius: f64) -> Vec<[f32; DIM]> {
-    let n = surface.len();
-    let ordered = Ordered::new(surface, radius);
-    let order = ordered.points.cells().order();
-    let needed: Vec<bool> = order.iter().map(|&i| needed[i as usize]).collect();
-    let share = n.div_ceil(2 * rayon::current_num_threads()).max(1);
-    let parts: Vec<Vec<[u32; DIM]>> = (0..n.div_ceil(share))
-        .into_par_iter()
-        .map(|part| counts_of(&ordered, &needed, radius, part * share..n.min((part + 1) * share)))
-        .collect();
-    let total =
-        |i: usize| parts.iter().fold([0u32; DIM], |sum, part| std::array::from_fn(|bin| sum[bin] + part[i][bin]));
-    let in_order: Vec<[f32; DIM]> = (0..n).into_par_iter().map(|i| percentages(&total(i))).collect();
-    let mut histograms = vec![[0.0; DIM]; n];
-    order.iter().zip(in_order).for_each(|(&i, histogram)| histograms[i as usize] = histogram);
-    histograms
+/// The histograms of many points, where their neighbours lie together in memory.
+pub(crate) struct PairHistograms {
+    points: OrderedPoints,
+    /// By place in the order of the points.
+    histograms: Vec<[f32; DIM]>,
+    /// The place of each point.
+    places: Vec<u32>,
+    radius: f64,
+}
+
+impl PairHistograms {
+    /// Of all points for which `needed` holds, zero for the others.
+    ///
+    /// The counts are whole numbers, whose sums do not depend on who adds them.
+    pub(crate) fn new(surface: &Surface, needed: &[bool], radius: f64) -> Self {
+        let n = surface.len();
+        let ordered = Ordered::new(surface, radius);
+        let needed: Vec<bool> = ordered.points.cells().order().iter().map(|&i| needed[i as usize]).collect();
+        let share = n.div_ceil(2 * rayon::current_num_threads()).max(1);
+        let parts: Vec<Vec<[u32; DIM]>> = (0..n.div_ceil(share))
+            .into_par_iter()
+            .map(|part| counts_of(&ordered, &needed, radius, part * share..n.min((part + 1) * share)))
+            .collect();
+        let total =
+            |i: usize| parts.iter().fold([0u32; DIM], |sum, part| std::array::from_fn(|bin| sum[bin] + part[i][bin]));
+        let histograms = (0..n).into_par_iter().map(|i| percentages(&total(i))).collect();
+        let mut places = vec![0; n];
+        (0u32..).zip(ordered.points.cells().order()).for_each(|(place, &i)| places[i as usize] = place);
+        PairHistograms { points: ordered.points, histograms, places, radius }
+    }
+
+    /// Of a point.
+    pub(crate) fn of(&self, i: u32) -> &[f32; DIM] {
+        &self.histograms[self.places[i as usize] as usize]
+    }
+
+    /// Visits all points within the radius of a place: squared distance and histogram.
+    pub(crate) fn visit(&self, centre: &Point, mut visit: impl FnMut(f32, &[f32; DIM])) {
+        self.points.within(centre, self.radius, |place, distance_sq| visit(distance_sq, &self.histograms[place]));
+    }
 }
 
 /// Counts for all points, from the pairs of some: of two points that are needed the first in the order counts for both.
@@ -270,9 +293,9 @@ mod tests {
         let surface = crate::testing::bumpy(25, 3);
         for needed in [vec![true; surface.len()], (0..surface.len()).map(|i| i % 3 == 0).collect::<Vec<_>>()] {
             for radius in [0.2, 3.0] {
-                let all = pair_histograms(&surface, &needed, radius);
-                for i in (0..surface.len()).filter(|&i| needed[i]) {
-                    assert_eq!(all[i], pair_histogram(&surface, i as u32, radius));
+                let all = PairHistograms::new(&surface, &needed, radius);
+                for i in (0..surface.len() as u32).filter(|&i| needed[i as usize]) {
+                    assert_eq!(*all.of(i), pair_histogram(&surface, i, radius));
                 }
             }
         }

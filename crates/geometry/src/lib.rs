@@ -24,6 +24,7 @@ pub mod random;
 mod resolution;
 mod scan;
 mod scatter;
+mod screen;
 mod surface;
 mod transform;
 mod view;

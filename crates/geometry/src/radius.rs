@@ -17,8 +17,12 @@ impl<'a> RadiusSearch<'a> {
     /// Makes a surface ready for searches of this radius (data units).
     #[must_use]
     pub fn new(surface: &'a Surface, radius: f64) -> Self {
-        let ordered = OrderedPoints::unless_crowded(surface.points(), radius / CELLS_PER_RADIUS);
-        RadiusSearch { index: surface.index(), ordered, radius }
+        Self::among(surface.points(), surface.index(), radius)
+    }
+
+    /// The same where there is no surface yet.
+    pub(crate) fn among(points: &[Point], index: &'a NeighborIndex, radius: f64) -> Self {
+        RadiusSearch { index, ordered: OrderedPoints::unless_crowded(points, radius / CELLS_PER_RADIUS), radius }
     }
 
     /// Visits every point at most the radius away (inclusive), in an order that depends on the cloud alone.

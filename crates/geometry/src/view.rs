@@ -5,7 +5,8 @@
 //! scanned things bulge towards the scanner on the whole. What does not fit a far viewpoint is tried with near ones (a
 //! room seen from within), and what fits none is taken for a closed model.
 
-use crate::{NeighborIndex, Point, narrow, random::Stream, wide};
+use crate::screen::{Columns, Screen, columns, facing_sides, project};
+use crate::{NeighborIndex, Point, RadiusSearch, narrow, random::Stream, wide};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -79,114 +80,161 @@ struct Edge {
     aligned: bool,
 }
 
+/// Offsets farther than so many units are no edges; an edge goes to so many nearest ones; every other point has its own.
+const EDGE_REACH: f64 = 5.0;
+const EDGES: usize = 6;
+/// Every third point and edge suffices to compare directions.
+const STRIDE: usize = 3;
+
 struct Cloud<'a> {
     points: &'a [Point],
     normals: &'a [Point],
     index: &'a NeighborIndex,
     unit: f64,
     edges: Vec<Edge>,
+    columns: Columns,
+    /// Of every third point.
+    few: Columns,
+    normal_columns: Columns,
     middle: Vector3<f64>,
     /// Distance of the farthest point from the middle.
     radius: f64,
+}
+
+/// What a thread uses again from direction to direction.
+#[derive(Default)]
+struct Workplace {
+    sides: Vec<u8>,
+    pixels: Vec<u32>,
+    depths: Vec<f32>,
+    front: Vec<f32>,
 }
 
 impl<'a> Cloud<'a> {
     fn new(points: &'a [Point], normals: &'a [Point], index: &'a NeighborIndex, unit: f64) -> Self {
         let middle = points.iter().map(|p| wide(*p)).sum::<Vector3<f64>>() / points.len().max(1) as f64;
         let radius = points.iter().map(|p| (wide(*p) - middle).norm()).fold(0.0, f64::max);
-        let reach_sq = (5.0 * unit).powi(2) as f32;
-        let edges = (0..points.len() as u32)
-            .into_par_iter()
-            .step_by(2)
-            .flat_map_iter(|i| {
-                let near = index
-                    .nearest_n(&points[i as usize], 7)
-                    .into_iter()
-                    .filter(move |n| n.index != i && n.distance_sq <= reach_sq);
-                near.filter_map(move |n| {
-                    let cosine = wide(normals[i as usize]).dot(&wide(normals[n.index as usize]));
-                    (cosine.abs() > 0.7).then_some(Edge { ends: [i, n.index], aligned: cosine > 0.0 })
-                })
-                .collect::<Vec<_>>()
-            })
-            .collect();
-        Cloud { points, normals, index, unit, edges, middle, radius }
+        let search = RadiusSearch::among(points, index, EDGE_REACH * unit);
+        let of_point = |near: &mut Vec<(u32, u32)>, i: usize| {
+            near.clear();
+            search.visit(&points[i], |n| near.push((n.distance_sq.to_bits(), n.index)));
+            near.retain(|&(_, other)| other != i as u32);
+            // Bits of distances ascend with them.
+            near.sort_unstable();
+            let edge = |&(_, other): &(u32, u32)| {
+                let cosine = wide(normals[i]).dot(&wide(normals[other as usize]));
+                (cosine.abs() > 0.7).then_some(Edge { ends: [i as u32, other], aligned: cosine > 0.0 })
+            };
+            near.iter().take(EDGES).filter_map(edge).collect::<Vec<_>>()
+        };
+        let some = (0..points.len()).into_par_iter().step_by(2);
+        let edges: Vec<Vec<Edge>> = some.map_init(Vec::new, of_point).collect();
+        let few: Vec<Point> = points.iter().step_by(STRIDE).copied().collect();
+        Cloud {
+            points,
+            normals,
+            index,
+            unit,
+            edges: edges.into_iter().flatten().collect(),
+            columns: columns(points),
+            few: columns(&few),
+            normal_columns: columns(normals),
+            middle,
+            radius,
+        }
     }
 
     /// The axis of least cost, its torn edges and its hidden points.
     fn best_axis(&self) -> (Vector3<f64>, f64, f64) {
-        let cost = |d: &Vector3<f64>| {
-            let (torn, hidden, facing) = self.axis_terms(d, 3);
+        let cost = |workplace: &mut Workplace, d: &Vector3<f64>| {
+            let (torn, hidden, facing) = self.axis_terms(workplace, d, &self.few, STRIDE);
             torn + hidden - 0.1 * facing
         };
         let candidates: Vec<Vector3<f64>> = sphere(DIRECTIONS).filter(|d| d.z >= 0.0).collect();
         let mut costs: Vec<(f64, usize)> =
-            candidates.par_iter().map(cost).collect::<Vec<_>>().into_iter().zip(0..).collect();
+            candidates.par_iter().map_init(Workplace::default, cost).collect::<Vec<_>>().into_iter().zip(0..).collect();
         costs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let refined: Vec<(f64, Vector3<f64>)> =
-            costs.par_iter().take(3).map(|&(start, i)| refine_direction(candidates[i], start, &cost)).collect();
+        let refined: Vec<(f64, Vector3<f64>)> = costs
+            .par_iter()
+            .take(3)
+            .map_init(Workplace::default, |workplace, &(start, i)| {
+                refine_direction(candidates[i], start, |d| cost(workplace, d))
+            })
+            .collect();
         let (_, best) = refined.into_iter().reduce(|a, b| if b.0 < a.0 { b } else { a }).unwrap_or((0.0, Vector3::z()));
-        let (torn, hidden, _) = self.axis_terms(&best, 1);
+        let (torn, hidden, _) = self.axis_terms(&mut Workplace::default(), &best, &self.columns, 1);
         (best, torn, hidden)
     }
 
-    /// Torn edges, hidden points (both as shares) and mean |n·d| from far along `d`, over every `stride`-th of them.
-    fn axis_terms(&self, d: &Vector3<f64>, stride: usize) -> (f64, f64, f64) {
-        let facing: f64 = self.normals.iter().step_by(stride).map(|n| wide(*n).dot(d).abs()).sum();
-        let torn = self.torn(stride, |i| wide(self.normals[i]).dot(d));
-        (torn, self.hidden_from_far(d, stride), facing / self.points.len().div_ceil(stride).max(1) as f64)
+    /// From far along `d`: torn edges (of every `stride`-th) and hidden points (of some), both as shares, and the mean |n·d|.
+    fn axis_terms(
+        &self,
+        workplace: &mut Workplace,
+        d: &Vector3<f64>,
+        points: &Columns,
+        stride: usize,
+    ) -> (f64, f64, f64) {
+        let Workplace { sides, .. } = workplace;
+        sides.resize(self.normals.len(), 0);
+        let facing = facing_sides(&self.normal_columns, narrow(d), sides);
+        let torn = self.torn(stride, |i| sides[i]);
+        let hidden = self.hidden_from_far(workplace, d, points);
+        (torn, hidden, facing / self.normals.len().max(1) as f64)
     }
 
-    /// Share of edges whose ends would be turned apart.
-    fn torn(&self, stride: usize, turn: impl Fn(usize) -> f64) -> f64 {
+    /// Share of edges whose ends would be turned apart; `side` says whether a point's normal would be turned.
+    fn torn<T: PartialEq>(&self, stride: usize, side: impl Fn(usize) -> T) -> f64 {
         let edges = self.edges.iter().step_by(stride);
-        let torn = edges.filter(|e| (turn(e.ends[0] as usize) * turn(e.ends[1] as usize) >= 0.0) != e.aligned).count();
+        let torn = edges.filter(|e| (side(e.ends[0] as usize) == side(e.ends[1] as usize)) != e.aligned).count();
         torn as f64 / self.edges.len().div_ceil(stride).max(1) as f64
     }
 
     /// Share of points that lie more than 12 units behind the first of their pixel, seen from far along `d`.
-    fn hidden_from_far(&self, d: &Vector3<f64>, stride: usize) -> f64 {
+    fn hidden_from_far(&self, workplace: &mut Workplace, d: &Vector3<f64>, points: &Columns) -> f64 {
+        let Workplace { pixels, depths, front, .. } = workplace;
         let right = perpendicular(d);
-        let up = d.cross(&right);
-        let seen: Vec<[f64; 3]> = self
-            .points
-            .iter()
-            .step_by(stride)
-            .map(|p| wide(*p))
-            .map(|p| [p.dot(&right), p.dot(&up), p.dot(d)])
-            .collect();
         let pixel = (4.0 * self.unit).max(self.radius / 1000.0);
-        let low = [0, 1].map(|axis| seen.iter().map(|s| s[axis]).fold(f64::INFINITY, f64::min));
         let width = (2.0 * self.radius / pixel) as usize + 2;
-        let mut front = vec![f64::NEG_INFINITY; width * width];
-        let place = |s: &[f64; 3]| ((s[1] - low[1]) / pixel) as usize * width + ((s[0] - low[0]) / pixel) as usize;
-        for s in &seen {
-            let at = &mut front[place(s)];
-            *at = at.max(s[2]);
+        let screen = Screen {
+            axes: [right, d.cross(&right), *d].map(|axis| narrow(&axis)),
+            middle: narrow(&self.middle),
+            half: self.radius as f32,
+            per_pixel: (1.0 / pixel) as f32,
+            width: width as u32,
+        };
+        let n = points[0].len();
+        pixels.resize(n, 0);
+        depths.resize(n, 0.0);
+        project(points, &screen, pixels, depths);
+        front.clear();
+        front.resize(width * width, f32::NEG_INFINITY);
+        for (&pixel, &depth) in pixels.iter().zip(depths.iter()) {
+            let at = &mut front[pixel as usize];
+            *at = if depth > *at { depth } else { *at };
         }
-        let hidden = seen.iter().filter(|s| s[2] < front[place(s)] - 12.0 * self.unit).count();
-        hidden as f64 / seen.len().max(1) as f64
+        let behind = (12.0 * self.unit) as f32;
+        let seen = pixels.iter().zip(depths.iter());
+        let hidden: u32 = seen.map(|(&pixel, &depth)| u32::from(depth < front[pixel as usize] - behind)).sum();
+        f64::from(hidden) / n.max(1) as f64
     }
 
     /// Mean of −(m·n)/8 units, `m` the mean offset of the neighbours: above zero for bulges. `keep` says whether the
     /// stored normal of a point is turned to the assumed side already.
     fn convexity(&self, keep: impl Fn(usize) -> bool + Sync) -> f64 {
-        let sampled: Vec<f64> = (0..self.points.len())
-            .into_par_iter()
-            .step_by(4)
-            .map(|i| if keep(i) { self.bulge(i) } else { -self.bulge(i) })
-            .collect();
+        let reach = 8.0 * self.unit;
+        let search = RadiusSearch::among(self.points, self.index, reach);
+        let bulge = |i: usize| {
+            let point = wide(self.points[i]);
+            let (mut sum, mut count) = (Vector3::zeros(), 0.0);
+            search.visit(&self.points[i], |n| {
+                sum += wide(self.points[n.index as usize]) - point;
+                count += 1.0;
+            });
+            if count < 6.0 { 0.0 } else { -(sum / count).dot(&wide(self.normals[i])) / reach }
+        };
+        let some = (0..self.points.len()).into_par_iter().step_by(4);
+        let sampled: Vec<f64> = some.map(|i| if keep(i) { bulge(i) } else { -bulge(i) }).collect();
         sampled.iter().sum::<f64>() / sampled.len().max(1) as f64
-    }
-
-    fn bulge(&self, i: usize) -> f64 {
-        let (reach, point) = (8.0 * self.unit, wide(self.points[i]));
-        let (mut sum, mut count) = (Vector3::zeros(), 0.0);
-        self.index.within(&self.points[i], reach, |n| {
-            sum += wide(self.points[n.index as usize]) - point;
-            count += 1.0;
-        });
-        if count < 6.0 { 0.0 } else { -(sum / count).dot(&wide(self.normals[i])) / reach }
     }
 
     /// The near viewpoint of least cost, and the cost.
@@ -216,7 +264,7 @@ impl<'a> Cloud<'a> {
         let sampled = (0..self.points.len()).step_by(3);
         let facing: f64 =
             sampled.clone().map(|i| (wide(self.normals[i]).dot(&ray(i)) / ray(i).norm().max(1e-12)).abs()).sum();
-        let torn = self.torn(2, |i| wide(self.normals[i]).dot(&ray(i)));
+        let torn = self.torn(2, |i| wide(self.normals[i]).dot(&ray(i)) >= 0.0);
         torn + 0.2 * self.hidden_from_near(viewpoint) - 0.1 * facing / sampled.len().max(1) as f64
     }
 
@@ -249,7 +297,7 @@ impl<'a> Cloud<'a> {
 fn refine_direction(
     start: Vector3<f64>,
     start_cost: f64,
-    cost: &(impl Fn(&Vector3<f64>) -> f64 + Sync),
+    mut cost: impl FnMut(&Vector3<f64>) -> f64,
 ) -> (f64, Vector3<f64>) {
     let mut best = (start_cost, start);
     for ring in RINGS {
