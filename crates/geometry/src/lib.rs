@@ -5,6 +5,7 @@
 
 mod blocks;
 mod cells;
+mod dome;
 mod eigen;
 mod few_neighbors;
 mod field;

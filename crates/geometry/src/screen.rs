@@ -10,32 +10,19 @@ pub(crate) fn columns(points: &[Point]) -> Columns {
     [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect())
 }
 
-/// Sums that are kept side by side.
-const LANES: usize = 16;
-
-/// For each normal on which side of a plane across `d` it points, and the sum of all |n·d|.
+/// For each normal its n·d without a sign, and on which side of a plane across `d` it points.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw", "x86_64+avx2", "aarch64+neon"))]
-pub(crate) fn facing_sides([xs, ys, zs]: &Columns, d: Point, sides: &mut [u8]) -> f64 {
-    for (((side, x), y), z) in sides.iter_mut().zip(xs).zip(ys).zip(zs) {
-        *side = u8::from(x * d[0] + y * d[1] + z * d[2] >= 0.0);
+pub(crate) fn face_along([xs, ys, zs]: &Columns, d: Point, cosines: &mut [f32], sides: &mut [u8]) {
+    for ((((side, cosine), x), y), z) in sides.iter_mut().zip(cosines).zip(xs).zip(ys).zip(zs) {
+        let along = x * d[0] + y * d[1] + z * d[2];
+        *cosine = along.abs();
+        *side = u8::from(along >= 0.0);
     }
-    let (xs, ys, zs) = (xs.as_chunks::<LANES>(), ys.as_chunks::<LANES>(), zs.as_chunks::<LANES>());
-    let mut sums = [0.0f32; LANES];
-    for ((xs, ys), zs) in xs.0.iter().zip(ys.0).zip(zs.0) {
-        for lane in 0..LANES {
-            sums[lane] += (xs[lane] * d[0] + ys[lane] * d[1] + zs[lane] * d[2]).abs();
-        }
-    }
-    let mut sum: f64 = sums.into_iter().map(f64::from).sum();
-    for ((x, y), z) in xs.1.iter().zip(ys.1).zip(zs.1) {
-        sum += f64::from((x * d[0] + y * d[1] + z * d[2]).abs());
-    }
-    sum
 }
 
 /// Where a cloud is seen from far along an axis.
 pub(crate) struct Screen {
-    /// To the right, up, and towards the viewer.
+    /// To the right, up, and away from the viewer.
     pub(crate) axes: [Point; 3],
     pub(crate) middle: Point,
     /// Half of its width, data units.
@@ -45,17 +32,17 @@ pub(crate) struct Screen {
     pub(crate) width: u32,
 }
 
-/// For each point its pixel and how near it is.
+/// For each point its pixel and how far it is behind the middle.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
 pub(crate) fn project([xs, ys, zs]: &Columns, screen: &Screen, pixels: &mut [u32], depths: &mut [f32]) {
-    let Screen { axes: [right, up, towards], middle, half, per_pixel, width } = *screen;
+    let Screen { axes: [right, up, away], middle, half, per_pixel, width } = *screen;
     let dot = |a: Point, b: Point| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let last = (width - 1) as f32;
     for ((((x, y), z), pixel), depth) in xs.iter().zip(ys).zip(zs).zip(pixels).zip(depths) {
         let p = [x - middle[0], y - middle[1], z - middle[2]];
         let [column, row] = [right, up].map(|axis| ((dot(p, axis) + half) * per_pixel).max(0.0).min(last) as i32);
         *pixel = (row as u32) * width + column as u32;
-        *depth = dot(p, towards);
+        *depth = dot(p, away);
     }
 }
 
@@ -71,9 +58,10 @@ mod tests {
         let points: Vec<Point> = (0..77).map(|_| std::array::from_fn(|_| stream.between(-1.0, 1.0) as f32)).collect();
         let d = [0.0, 0.6, 0.8];
         let mut sides = vec![0; points.len()];
-        let sum = facing_sides(&columns(&points), d, &mut sides);
+        let mut cosines = vec![0.0; points.len()];
+        face_along(&columns(&points), d, &mut cosines, &mut sides);
         let along: Vec<f64> = points.iter().map(|p| wide(*p).dot(&wide(d))).collect();
-        assert!((sum - along.iter().map(|v| v.abs()).sum::<f64>()).abs() < 1e-4);
+        assert!(cosines.iter().zip(&along).all(|(cosine, along)| (f64::from(*cosine) - along.abs()).abs() < 1e-6));
         assert!(sides.iter().zip(&along).all(|(side, along)| (*side == 1) == (*along >= 0.0)));
 
         let axes = [[1.0, 0.0, 0.0], [0.0, 0.8, -0.6], d];

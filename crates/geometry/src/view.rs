@@ -5,7 +5,8 @@
 //! scanned things bulge towards the scanner on the whole. What does not fit a far viewpoint is tried with near ones (a
 //! room seen from within), and what fits none is taken for a closed model.
 
-use crate::screen::{Columns, Screen, columns, facing_sides, project};
+use crate::dome::{self, look_around, sides_around};
+use crate::screen::{Columns, Screen, columns, face_along, project};
 use crate::{NeighborIndex, Point, RadiusSearch, narrow, random::Stream, wide};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -93,9 +94,12 @@ struct Cloud<'a> {
     unit: f64,
     edges: Vec<Edge>,
     columns: Columns,
-    /// Of every third point.
-    few: Columns,
     normal_columns: Columns,
+    /// Of every third point, place and normal.
+    few: Columns,
+    few_normals: Columns,
+    /// n·p of every point.
+    planes: Vec<f32>,
     middle: Vector3<f64>,
     /// Distance of the farthest point from the middle.
     radius: f64,
@@ -105,9 +109,38 @@ struct Cloud<'a> {
 #[derive(Default)]
 struct Workplace {
     sides: Vec<u8>,
+    cosines: Vec<f32>,
     pixels: Vec<u32>,
     depths: Vec<f32>,
     front: Vec<f32>,
+}
+
+impl Workplace {
+    /// Of so many points are looked at, and of so many normals.
+    fn resize(&mut self, n_points: usize, n_normals: usize) {
+        self.sides.resize(n_normals, 0);
+        self.cosines.resize(n_points.max(n_normals), 0.0);
+        self.pixels.resize(n_points, 0);
+        self.depths.resize(n_points, 0.0);
+    }
+
+    /// Share of the points for which `is_behind` holds of their depth and the least one of their pixel.
+    fn hidden(&mut self, n_pixels: usize, is_behind: impl Fn(f32, f32) -> bool) -> f64 {
+        let Workplace { pixels, depths, front, .. } = self;
+        front.clear();
+        front.resize(n_pixels, f32::INFINITY);
+        for (&pixel, &depth) in pixels.iter().zip(depths.iter()) {
+            let at = &mut front[pixel as usize];
+            *at = if depth < *at { depth } else { *at };
+        }
+        let seen = pixels.iter().zip(depths.iter());
+        let hidden: u32 = seen.map(|(&pixel, &depth)| u32::from(is_behind(depth, front[pixel as usize]))).sum();
+        f64::from(hidden) / pixels.len().max(1) as f64
+    }
+}
+
+fn mean(values: &[f32]) -> f64 {
+    values.iter().copied().map(f64::from).sum::<f64>() / values.len().max(1) as f64
 }
 
 impl<'a> Cloud<'a> {
@@ -129,7 +162,7 @@ impl<'a> Cloud<'a> {
         };
         let some = (0..points.len()).into_par_iter().step_by(2);
         let edges: Vec<Vec<Edge>> = some.map_init(Vec::new, of_point).collect();
-        let few: Vec<Point> = points.iter().step_by(STRIDE).copied().collect();
+        let few = |all: &[Point]| columns(&all.iter().step_by(STRIDE).copied().collect::<Vec<_>>());
         Cloud {
             points,
             normals,
@@ -137,8 +170,10 @@ impl<'a> Cloud<'a> {
             unit,
             edges: edges.into_iter().flatten().collect(),
             columns: columns(points),
-            few: columns(&few),
             normal_columns: columns(normals),
+            few: few(points),
+            few_normals: few(normals),
+            planes: points.iter().zip(normals).map(|(p, n)| wide(*p).dot(&wide(*n)) as f32).collect(),
             middle,
             radius,
         }
@@ -174,48 +209,36 @@ impl<'a> Cloud<'a> {
         points: &Columns,
         stride: usize,
     ) -> (f64, f64, f64) {
-        let Workplace { sides, .. } = workplace;
-        sides.resize(self.normals.len(), 0);
-        let facing = facing_sides(&self.normal_columns, narrow(d), sides);
-        let torn = self.torn(stride, |i| sides[i]);
-        let hidden = self.hidden_from_far(workplace, d, points);
-        (torn, hidden, facing / self.normals.len().max(1) as f64)
+        let n = self.normals.len();
+        workplace.resize(points[0].len(), n);
+        face_along(&self.normal_columns, narrow(d), &mut workplace.cosines, &mut workplace.sides);
+        let torn = self.torn(stride, &workplace.sides);
+        let facing = mean(&workplace.cosines[..n]);
+        (torn, self.hidden_from_far(workplace, d, points), facing)
     }
 
-    /// Share of edges whose ends would be turned apart; `side` says whether a point's normal would be turned.
-    fn torn<T: PartialEq>(&self, stride: usize, side: impl Fn(usize) -> T) -> f64 {
-        let edges = self.edges.iter().step_by(stride);
-        let torn = edges.filter(|e| (side(e.ends[0] as usize) == side(e.ends[1] as usize)) != e.aligned).count();
-        torn as f64 / self.edges.len().div_ceil(stride).max(1) as f64
+    /// Share of edges whose ends would be turned apart, by the side that a viewpoint is on.
+    fn torn(&self, stride: usize, sides: &[u8]) -> f64 {
+        let is_torn = |edge: &Edge| (sides[edge.ends[0] as usize] == sides[edge.ends[1] as usize]) != edge.aligned;
+        let torn: u32 = self.edges.iter().step_by(stride).map(|edge| u32::from(is_torn(edge))).sum();
+        f64::from(torn) / self.edges.len().div_ceil(stride).max(1) as f64
     }
 
     /// Share of points that lie more than 12 units behind the first of their pixel, seen from far along `d`.
     fn hidden_from_far(&self, workplace: &mut Workplace, d: &Vector3<f64>, points: &Columns) -> f64 {
-        let Workplace { pixels, depths, front, .. } = workplace;
         let right = perpendicular(d);
         let pixel = (4.0 * self.unit).max(self.radius / 1000.0);
         let width = (2.0 * self.radius / pixel) as usize + 2;
         let screen = Screen {
-            axes: [right, d.cross(&right), *d].map(|axis| narrow(&axis)),
+            axes: [right, d.cross(&right), -d].map(|axis| narrow(&axis)),
             middle: narrow(&self.middle),
             half: self.radius as f32,
             per_pixel: (1.0 / pixel) as f32,
             width: width as u32,
         };
-        let n = points[0].len();
-        pixels.resize(n, 0);
-        depths.resize(n, 0.0);
-        project(points, &screen, pixels, depths);
-        front.clear();
-        front.resize(width * width, f32::NEG_INFINITY);
-        for (&pixel, &depth) in pixels.iter().zip(depths.iter()) {
-            let at = &mut front[pixel as usize];
-            *at = if depth > *at { depth } else { *at };
-        }
-        let behind = (12.0 * self.unit) as f32;
-        let seen = pixels.iter().zip(depths.iter());
-        let hidden: u32 = seen.map(|(&pixel, &depth)| u32::from(depth < front[pixel as usize] - behind)).sum();
-        f64::from(hidden) / n.max(1) as f64
+        project(points, &screen, &mut workplace.pixels, &mut workplace.depths);
+        let far = (12.0 * self.unit) as f32;
+        workplace.hidden(width * width, |depth, front| depth > front + far)
     }
 
     /// Mean of −(m·n)/8 units, `m` the mean offset of the neighbours: above zero for bulges. `keep` says whether the
@@ -242,14 +265,15 @@ impl<'a> Cloud<'a> {
         let around = NEAR_DISTANCES.iter().flat_map(|z| sphere(NEAR_DIRECTIONS).map(move |d| d * *z));
         let candidates: Vec<Vector3<f64>> =
             std::iter::once(Vector3::zeros()).chain(around).map(|offset| self.middle + offset * self.radius).collect();
-        let costs: Vec<f64> = candidates.par_iter().map(|v| self.near_cost(v)).collect();
+        let cost = |workplace: &mut Workplace, viewpoint: &Vector3<f64>| self.near_cost(workplace, viewpoint);
+        let costs: Vec<f64> = candidates.par_iter().map_init(Workplace::default, cost).collect();
         let first = (0..costs.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0);
         let (mut best, mut cost) = (candidates[first], costs[first]);
         let mut step = 0.3 * (0.5 * self.radius).max((best - self.middle).norm());
-        let mut stream = Stream::new(3, 0);
+        let (mut stream, mut workplace) = (Stream::new(3, 0), Workplace::default());
         for round in 1..=NEAR_STEPS {
             let trial = best + step * Vector3::from_fn(|_, _| stream.normal());
-            let trial_cost = self.near_cost(&trial);
+            let trial_cost = self.near_cost(&mut workplace, &trial);
             if trial_cost < cost {
                 (best, cost) = (trial, trial_cost);
             } else if round % 20 == 0 {
@@ -259,37 +283,17 @@ impl<'a> Cloud<'a> {
         (best, cost)
     }
 
-    fn near_cost(&self, viewpoint: &Vector3<f64>) -> f64 {
-        let ray = |i: usize| viewpoint - wide(self.points[i]);
-        let sampled = (0..self.points.len()).step_by(3);
-        let facing: f64 =
-            sampled.clone().map(|i| (wide(self.normals[i]).dot(&ray(i)) / ray(i).norm().max(1e-12)).abs()).sum();
-        let torn = self.torn(2, |i| wide(self.normals[i]).dot(&ray(i)) >= 0.0);
-        torn + 0.2 * self.hidden_from_near(viewpoint) - 0.1 * facing / sampled.len().max(1) as f64
-    }
-
-    /// Share of points far behind the first in their direction, on a sphere of 180 by 90 pixels.
-    fn hidden_from_near(&self, viewpoint: &Vector3<f64>) -> f64 {
-        use std::f64::consts::PI;
-        let seen: Vec<(usize, f64)> = self
-            .points
-            .iter()
-            .step_by(3)
-            .map(|p| {
-                let offset = wide(*p) - viewpoint;
-                let distance = offset.norm().max(1e-12);
-                let row = ((offset.z / distance).clamp(-1.0, 1.0).acos() / PI * 90.0) as usize;
-                let column = ((offset.y.atan2(offset.x) + PI) / (2.0 * PI) * 180.0) as usize;
-                (row.min(89) * 180 + column.min(179), distance)
-            })
-            .collect();
-        let mut front = vec![f64::INFINITY; 90 * 180];
-        for (pixel, distance) in &seen {
-            front[*pixel] = front[*pixel].min(*distance);
-        }
-        let hidden =
-            seen.iter().filter(|(pixel, distance)| *distance > 1.25 * front[*pixel] + 12.0 * self.unit).count();
-        hidden as f64 / seen.len().max(1) as f64
+    fn near_cost(&self, workplace: &mut Workplace, viewpoint: &Vector3<f64>) -> f64 {
+        let (n, viewpoint) = (self.few[0].len(), narrow(viewpoint));
+        workplace.resize(n, self.normals.len());
+        let Workplace { sides, cosines, pixels, depths, .. } = workplace;
+        sides_around(&self.normal_columns, &self.planes, viewpoint, sides);
+        let torn = self.torn(2, sides);
+        look_around(&self.few, &self.few_normals, viewpoint, pixels, depths, cosines);
+        let facing = mean(&cosines[..n]);
+        let far = (12.0 * self.unit) as f32;
+        let hidden = workplace.hidden(dome::PIXELS, |distance, front| distance > 1.25 * front + far);
+        torn + 0.2 * hidden - 0.1 * facing
     }
 }
 
