@@ -6,7 +6,6 @@ use crate::descriptor::table;
 use crate::pair::{BINS, DIM, PairHistograms, pair_histogram};
 use crate::{Descriptor, Features};
 use congruent_geometry::{Length, Surface};
-use multiversion::multiversion;
 use serde::{Deserialize, Serialize};
 
 /// Whose sum is taken.
@@ -65,9 +64,12 @@ impl Descriptor for Fpfh {
 
     fn describe_into(&self, surface: &Surface, keypoint: u32, row: &mut [f32]) -> bool {
         let histogram = |i: u32| pair_histogram(surface, i, self.radius);
-        let mut sum = Weighted::default();
+        let mut sum = [0.0; DIM];
         surface.index().within(&surface.points()[keypoint as usize], self.radius, |n| {
-            sum.add(n.distance_sq, &histogram(n.index));
+            if n.distance_sq > 0.0 {
+                let weight = 1.0 / f64::from(n.distance_sq);
+                sum.iter_mut().zip(histogram(n.index)).for_each(|(sum, share)| *sum += weight * f64::from(share));
+            }
         });
         self.finish(surface, keypoint, &sum, || histogram(keypoint), row)
     }
@@ -75,9 +77,7 @@ impl Descriptor for Fpfh {
     fn describe(&self, surface: &Surface, keypoints: &[u32]) -> Features {
         let histograms = PairHistograms::new(surface, &self.needed(surface, keypoints), self.radius);
         table(DIM, keypoints, |keypoint, row| {
-            let mut sum = Weighted::default();
-            histograms
-                .visit(&surface.points()[keypoint as usize], |distance_sq, histogram| sum.add(distance_sq, histogram));
+            let sum = histograms.weighted(&surface.points()[keypoint as usize], &mut Vec::new());
             self.finish(surface, keypoint, &sum, || *histograms.of(keypoint), row)
         })
     }
@@ -107,7 +107,7 @@ impl Fpfh {
         &self,
         surface: &Surface,
         keypoint: u32,
-        Weighted(sum): &Weighted,
+        sum: &[f64; DIM],
         own: impl FnOnce() -> [f32; DIM],
         row: &mut [f32],
     ) -> bool {
@@ -122,32 +122,6 @@ impl Fpfh {
             }
         }
         surface.normals()[keypoint as usize] != [0.0; 3] && row.iter().all(|v| v.is_finite())
-    }
-}
-
-/// A sum of neighbours' histograms.
-struct Weighted([f64; DIM]);
-
-impl Default for Weighted {
-    fn default() -> Self {
-        Weighted([0.0; DIM])
-    }
-}
-
-impl Weighted {
-    /// Nearer neighbours weigh more; the keypoint itself and its duplicates do not count.
-    fn add(&mut self, distance_sq: f32, histogram: &[f32; DIM]) {
-        if distance_sq > 0.0 {
-            add(&mut self.0, histogram, 1.0 / f64::from(distance_sq));
-        }
-    }
-}
-
-/// Compiled once for each instruction set and chosen at run time; the bits are the same on all of them.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn add(sum: &mut [f64; DIM], histogram: &[f32; DIM], weight: f64) {
-    for bin in 0..DIM {
-        sum[bin] += weight * f64::from(histogram[bin]);
     }
 }
 

@@ -7,6 +7,7 @@
 use congruent_geometry::{OrderedPoints, Point, Surface};
 use multiversion::multiversion;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Bins of each feature.
 pub(crate) const BINS: usize = 11;
@@ -42,7 +43,10 @@ fn bins(a: Point, b: Point, offset: Point, radius_sq: f32) -> u32 {
     let along = dot(a, b);
     let aside = (other - leading * along) * per_across;
     let length = (along * along + aside * aside).sqrt();
-    let steps: i32 = ANGLE_BORDERS.iter().map(|border| i32::from(along <= border * length)).sum();
+    let mut steps = 0;
+    for border in ANGLE_BORDERS {
+        steps += i32::from(along <= border * length);
+    }
     let half = (BINS / 2) as i32;
     let f1 = if aside >= 0.0 { half + steps } else { half - steps };
     let f2 = cosine_bin(dot(offset, cross(a, b)) * per_across);
@@ -65,35 +69,46 @@ fn cross(a: Point, b: Point) -> Point {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// Pairs that are looked at side by side.
+const LANES: usize = 8;
+
 /// A surface in the order of a grid, a coordinate at a time.
 struct Ordered {
     points: OrderedPoints,
-    normals: [Vec<f32>; 3],
+    /// Places and normals; longer than the cloud, so that the last lanes are not out of it.
+    columns: [Vec<f32>; 6],
 }
 
 impl Ordered {
     fn new(surface: &Surface, radius: f64) -> Ordered {
         let points = OrderedPoints::new(surface.points(), radius / CELLS_PER_RADIUS);
-        let column =
-            |axis: usize| points.cells().order().iter().map(|&i| surface.normals()[i as usize][axis]).collect();
-        let normals = std::array::from_fn(column);
-        Ordered { points, normals }
+        let column = |number: usize| {
+            let (of, axis) = ([surface.points(), surface.normals()][number / 3], number % 3);
+            let in_order = points.cells().order().iter().map(|&i| of[i as usize][axis]);
+            in_order.chain([0.0; LANES]).collect()
+        };
+        let columns = std::array::from_fn(column);
+        Ordered { points, columns }
     }
 
     fn normal(&self, i: usize) -> Point {
-        std::array::from_fn(|axis| self.normals[axis][i])
+        [self.columns[3][i], self.columns[4][i], self.columns[5][i]]
     }
 
-    /// Visits the pairs of a point with the others of a run: who, and the bins.
-    fn visit(&self, i: usize, run: std::ops::Range<usize>, radius_sq: f32, mut visit: impl FnMut(usize, u32)) {
+    /// Counts the pairs of a needed point with the others of a run, for both; with other needed ones only if they come later.
+    fn count(&self, i: usize, run: Range<usize>, radius_sq: f32, needed: &[bool], counts: &mut [[u32; DIM]]) {
         let mut found = [NO_BINS; BLOCK];
         for start in run.clone().step_by(BLOCK) {
             let end = run.end.min(start + BLOCK);
-            let columns = [self.points.columns(), &self.normals].map(|of| of.each_ref().map(|axis| &axis[start..end]));
-            bins_of_block(self.points.point(i), self.normal(i), columns, radius_sq, &mut found[..end - start]);
+            let n = (end - start).next_multiple_of(LANES);
+            let columns = self.columns.each_ref().map(|column| &column[start..start + n]);
+            bins_of_block(self.points.point(i), self.normal(i), columns, radius_sq, &mut found[..n]);
             for (j, &bins) in (start..end).zip(&found) {
-                if bins != NO_BINS && j != i {
-                    visit(j, bins);
+                if bins != NO_BINS && (j > i || !needed[j]) {
+                    count(&mut counts[i], bins);
+                    if needed[j] {
+                        count(&mut counts[j], bins);
+                    }
                 }
             }
         }
@@ -105,14 +120,16 @@ impl Ordered {
 fn bins_of_block(
     point: Point,
     normal: Point,
-    [[px, py, pz], [nx, ny, nz]]: [[&[f32]; 3]; 2],
+    [px, py, pz, nx, ny, nz]: [&[f32]; 6],
     radius_sq: f32,
     found: &mut [u32],
 ) {
-    let n = found.len();
-    // One by one: a closure is not always compiled for the same instructions as what is around it.
+    // Whole lanes only, so that nothing is left over to be done one by one.
+    let n = found.len() / LANES * LANES;
+    // Not in a closure: it is not always compiled for the same instructions as what is around it.
     let (px, py, pz) = (&px[..n], &py[..n], &pz[..n]);
     let (nx, ny, nz) = (&nx[..n], &ny[..n], &nz[..n]);
+    let found = &mut found[..n];
     for j in 0..n {
         let offset = [px[j] - point[0], py[j] - point[1], pz[j] - point[2]];
         found[j] = bins(normal, [nx[j], ny[j], nz[j]], offset, radius_sq);
@@ -187,27 +204,40 @@ impl PairHistograms {
         &self.histograms[self.places[i as usize] as usize]
     }
 
-    /// Visits all points within the radius of a place: squared distance and histogram.
-    pub(crate) fn visit(&self, centre: &Point, mut visit: impl FnMut(f32, &[f32; DIM])) {
-        self.points.within(centre, self.radius, |place, distance_sq| visit(distance_sq, &self.histograms[place]));
+    /// The sum of all within the radius of a place; nearer ones weigh more, the place itself does not count. `near` is used
+    /// again.
+    pub(crate) fn weighted(&self, centre: &Point, near: &mut Vec<(u32, f64)>) -> [f64; DIM] {
+        near.clear();
+        self.points.within(centre, self.radius, |place, distance_sq| {
+            if distance_sq > 0.0 {
+                near.push((place as u32, 1.0 / f64::from(distance_sq)));
+            }
+        });
+        weighted_sum(&self.histograms, near)
     }
 }
 
+/// Compiled once for each instruction set and chosen at run time; the bits are the same on all of them.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+fn weighted_sum(histograms: &[[f32; DIM]], weights: &[(u32, f64)]) -> [f64; DIM] {
+    let mut sum = [0.0; DIM];
+    for &(place, weight) in weights {
+        let histogram = &histograms[place as usize];
+        for bin in 0..DIM {
+            sum[bin] += weight * f64::from(histogram[bin]);
+        }
+    }
+    sum
+}
+
 /// Counts for all points, from the pairs of some: of two points that are needed the first in the order counts for both.
-fn counts_of(ordered: &Ordered, needed: &[bool], radius: f64, some: std::ops::Range<usize>) -> Vec<[u32; DIM]> {
+fn counts_of(ordered: &Ordered, needed: &[bool], radius: f64, some: Range<usize>) -> Vec<[u32; DIM]> {
     let mut counts = vec![[0u32; DIM]; needed.len()];
     let all_needed = needed.iter().all(|is_needed| *is_needed);
     for i in some.filter(|&i| needed[i] && ordered.normal(i) != [0.0; 3]) {
         for run in ordered.points.cells().runs(&ordered.points.point(i), radius) {
             let start = if all_needed { run.start.max(i + 1) } else { run.start };
-            ordered.visit(i, start..run.end.max(start), squared(radius), |j, bins| {
-                if !needed[j] {
-                    count(&mut counts[i], bins);
-                } else if j > i {
-                    count(&mut counts[i], bins);
-                    count(&mut counts[j], bins);
-                }
-            });
+            ordered.count(i, start..run.end.max(start), squared(radius), needed, &mut counts);
         }
     }
     counts
