@@ -12,6 +12,14 @@ pub(crate) struct Commons<'a> {
     counts: Vec<u32>,
 }
 
+/// The neighbours of a node.
+#[derive(Clone, Copy)]
+pub(crate) struct Row<'a> {
+    pub(crate) bits: &'a [u64],
+    /// A number for each, ascending.
+    pub(crate) counts: &'a [u32],
+}
+
 impl<'a> Commons<'a> {
     pub(crate) fn new(graph: &'a Graph) -> Self {
         let n = graph.len();
@@ -33,9 +41,15 @@ impl<'a> Commons<'a> {
         Commons { graph, starts, counts }
     }
 
+    /// A node's neighbours as bits, and the numbers of their edges.
+    pub(crate) fn row(&self, i: usize) -> Row<'_> {
+        Row { bits: self.graph.row(i), counts: &self.counts[self.starts[i]..self.starts[i + 1]] }
+    }
+
     /// The neighbours of a node, ascending, with the numbers of their edges.
     pub(crate) fn neighbors(&self, i: usize) -> impl Iterator<Item = (usize, u32)> + '_ {
-        ones(self.graph.row(i)).zip(self.counts[self.starts[i]..self.starts[i + 1]].iter().copied())
+        let Row { bits, counts } = self.row(i);
+        ones(bits).zip(counts.iter().copied())
     }
 }
 
