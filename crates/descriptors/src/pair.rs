@@ -96,7 +96,15 @@ impl Ordered {
     }
 
     /// Counts the pairs of a needed point with the others of a run, for both; with other needed ones only if they come later.
-    fn count(&self, i: usize, run: Range<usize>, radius_sq: f32, needed: &[bool], counts: &mut [[u32; DIM]]) {
+    /// `counts` are those from the first place on.
+    fn count(
+        &self,
+        i: usize,
+        run: Range<usize>,
+        radius_sq: f32,
+        needed: &[bool],
+        (first, counts): (usize, &mut [[u32; DIM]]),
+    ) {
         let mut found = [NO_BINS; BLOCK];
         for start in run.clone().step_by(BLOCK) {
             let end = run.end.min(start + BLOCK);
@@ -105,9 +113,9 @@ impl Ordered {
             bins_of_block(self.points.point(i), self.normal(i), columns, radius_sq, &mut found[..n]);
             for (j, &bins) in (start..end).zip(&found) {
                 if bins != NO_BINS && (j > i || !needed[j]) {
-                    count(&mut counts[i], bins);
+                    count(&mut counts[i - first], bins);
                     if needed[j] {
-                        count(&mut counts[j], bins);
+                        count(&mut counts[j - first], bins);
                     }
                 }
             }
@@ -187,12 +195,14 @@ impl PairHistograms {
         let ordered = Ordered::new(surface, radius);
         let needed: Vec<bool> = ordered.points.cells().order().iter().map(|&i| needed[i as usize]).collect();
         let share = n.div_ceil(2 * rayon::current_num_threads()).max(1);
-        let parts: Vec<Vec<[u32; DIM]>> = (0..n.div_ceil(share))
+        let parts: Vec<Counts> = (0..n.div_ceil(share))
             .into_par_iter()
-            .map(|part| counts_of(&ordered, &needed, radius, part * share..n.min((part + 1) * share)))
+            .map(|part| Counts::of(&ordered, &needed, radius, part * share..n.min((part + 1) * share)))
             .collect();
-        let total =
-            |i: usize| parts.iter().fold([0u32; DIM], |sum, part| std::array::from_fn(|bin| sum[bin] + part[i][bin]));
+        let total = |i: usize| {
+            let seen = parts.iter().filter_map(|part| part.counts.get(i.checked_sub(part.first)?));
+            seen.fold([0u32; DIM], |sum, counts| std::array::from_fn(|bin| sum[bin] + counts[bin]))
+        };
         let histograms = (0..n).into_par_iter().map(|i| percentages(&total(i))).collect();
         let mut places = vec![0; n];
         (0u32..).zip(ordered.points.cells().order()).for_each(|(place, &i)| places[i as usize] = place);
@@ -230,17 +240,30 @@ fn weighted_sum(histograms: &[[f32; DIM]], weights: &[(u32, f64)]) -> [f64; DIM]
     sum
 }
 
-/// Counts for all points, from the pairs of some: of two points that are needed the first in the order counts for both.
-fn counts_of(ordered: &Ordered, needed: &[bool], radius: f64, some: Range<usize>) -> Vec<[u32; DIM]> {
-    let mut counts = vec![[0u32; DIM]; needed.len()];
-    let all_needed = needed.iter().all(|is_needed| *is_needed);
-    for i in some.filter(|&i| needed[i] && ordered.normal(i) != [0.0; 3]) {
-        for run in ordered.points.cells().runs(&ordered.points.point(i), radius) {
-            let start = if all_needed { run.start.max(i + 1) } else { run.start };
-            ordered.count(i, start..run.end.max(start), squared(radius), needed, &mut counts);
+/// Counts of points that follow each other, from the pairs of some.
+struct Counts {
+    first: usize,
+    counts: Vec<[u32; DIM]>,
+}
+
+impl Counts {
+    /// Of two points that are needed the first in the order counts for both; so none before `some` is counted for.
+    fn of(ordered: &Ordered, needed: &[bool], radius: f64, some: Range<usize>) -> Self {
+        let (first, mut end) = (some.start, some.end);
+        let mut counts = vec![[0u32; DIM]; needed.len() - first];
+        let all_needed = needed.iter().all(|is_needed| *is_needed);
+        for i in some.filter(|&i| needed[i] && ordered.normal(i) != [0.0; 3]) {
+            for run in ordered.points.cells().runs(&ordered.points.point(i), radius) {
+                let start = if all_needed { run.start.max(i + 1) } else { run.start };
+                let run = start..run.end.max(start);
+                end = end.max(run.end);
+                ordered.count(i, run, squared(radius), needed, (first, &mut counts));
+            }
         }
+        // Memory that was not written to was never taken.
+        counts.truncate(end - first);
+        Counts { first, counts }
     }
-    counts
 }
 
 fn percentages(counts: &[u32; DIM]) -> [f32; DIM] {

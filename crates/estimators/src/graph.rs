@@ -8,6 +8,7 @@ use congruent_metrics::Evidence;
 use multiversion::multiversion;
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use std::f32::consts::PI;
 
 /// When two correspondences are compatible; lengths in data units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +36,7 @@ impl Graph {
     pub fn new(evidence: &Evidence, rule: &Compatibility) -> Graph {
         let n = evidence.len();
         let words = n.div_ceil(64);
-        let nodes = Nodes::new(evidence);
+        let nodes = Nodes::new(evidence, rule);
         let mut bits = vec![0u64; n * words];
         bits.par_chunks_mut(words.max(1)).enumerate().for_each(|(i, row)| {
             for (word, bits) in row.iter_mut().enumerate().skip(i / 64) {
@@ -133,10 +134,12 @@ struct Nodes {
     source: [Vec<f32>; 3],
     target: [Vec<f32>; 3],
     normals: Vec<Option<(Point, Point)>>,
+    /// Of the largest difference between the angles of two normals.
+    min_turn_cosine: f32,
 }
 
 impl Nodes {
-    fn new(evidence: &Evidence) -> Self {
+    fn new(evidence: &Evidence, rule: &Compatibility) -> Self {
         let n = evidence.len();
         let column = |of: fn(&Evidence, usize) -> Vector3<f64>| {
             std::array::from_fn(|axis| (0..n).map(|i| of(evidence, i)[axis] as f32).collect())
@@ -145,6 +148,7 @@ impl Nodes {
             source: column(Evidence::source),
             target: column(Evidence::target),
             normals: (0..n).map(|i| evidence.normals(i)).collect(),
+            min_turn_cosine: (rule.max_angle as f32).min(PI).cos(),
         }
     }
 
@@ -170,7 +174,7 @@ impl Nodes {
         let most = rule.max_cosine as f32;
         cosine(at_i).abs() <= most
             && cosine(at_j).abs() <= most
-            && (angle(&at_i.0, &at_j.0) - angle(&at_i.1, &at_j.1)).abs() <= rule.max_angle as f32
+            && turn_cosine(dot(&at_i.0, &at_j.0), dot(&at_i.1, &at_j.1)) >= self.min_turn_cosine
     }
 }
 
@@ -204,8 +208,10 @@ fn dot(a: &Point, b: &Point) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-fn angle(a: &Point, b: &Point) -> f32 {
-    dot(a, b).clamp(-1.0, 1.0).acos()
+/// The cosine of the difference between two angles that are known by their cosines.
+fn turn_cosine(a: f32, b: f32) -> f32 {
+    let (a, b) = (a.clamp(-1.0, 1.0), b.clamp(-1.0, 1.0));
+    a * b + ((1.0 - a * a) * (1.0 - b * b)).sqrt()
 }
 
 #[cfg(test)]

@@ -1,11 +1,14 @@
 //! The nearest other point of a few points of a large cloud, without an index of the whole.
 
-use crate::{NeighborIndex, Point};
+use crate::{NeighborIndex, OrderedPoints, Point};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// Points from which the distance between neighbours is guessed.
+/// Points from which the distance between neighbours is guessed, and at every so many of which.
 const GUESSED_FROM: usize = 2000;
+const GUESSED_AT_EVERY: usize = 8;
+/// Up to so many points a cloud is sorted into a grid; of a larger one only what is near to the points asked is looked at.
+const SORTED_UP_TO: usize = 200_000;
 /// So many guessed distances are looked far at first, and this factor farther where nothing was found.
 const REACH: f64 = 2.0;
 const GROWTH: f64 = 4.0;
@@ -13,12 +16,21 @@ const GROWTH: f64 = 4.0;
 type Cell = [i32; 3];
 
 /// The squared distance from each of the points `asked` (positions, in any order) to its nearest other point; infinite
-/// where there is no other one. Exact: the whole cloud is looked through, once for each reach.
+/// where there is no other one. Exact.
 pub(crate) fn nearest_others_sq(points: &[Point], asked: &[u32]) -> Vec<f32> {
+    let reach = REACH * guessed_spacing(points);
+    let is_small = points.len() <= SORTED_UP_TO;
+    match is_small.then(|| OrderedPoints::unless_crowded(points, reach)).flatten() {
+        Some(ordered) => asked.par_iter().map(|&i| ordered.nearest_other_sq(&points[i as usize], reach)).collect(),
+        None => looked_through(points, asked, reach),
+    }
+}
+
+/// The whole cloud is looked through, once for each reach.
+fn looked_through(points: &[Point], asked: &[u32], mut reach: f64) -> Vec<f32> {
     let mut found = vec![f32::INFINITY; asked.len()];
     let mut open: Vec<u32> = (0..asked.len() as u32).collect();
     let (low, extent) = bounds(points);
-    let mut reach = REACH * guessed_spacing(points);
     while !open.is_empty() {
         // One cell at last, in which everything is.
         let is_last = reach.is_nan() || reach <= 0.0 || reach >= extent;
@@ -120,8 +132,9 @@ fn guessed_spacing(points: &[Point]) -> f64 {
     let stride = points.len().div_ceil(GUESSED_FROM).max(1);
     let some: Vec<Point> = points.iter().step_by(stride).copied().collect();
     let index = NeighborIndex::new(&some);
+    let asked = some.iter().step_by(GUESSED_AT_EVERY);
     let mut distances: Vec<f32> =
-        some.iter().filter_map(|p| index.nearest_n(p, 2).get(1).map(|n| n.distance_sq.sqrt())).collect();
+        asked.filter_map(|p| index.nearest_n(p, 2).get(1).map(|n| n.distance_sq.sqrt())).collect();
     distances.sort_by(f32::total_cmp);
     let median = distances.get(distances.len() / 2).copied().unwrap_or(0.0);
     f64::from(median) / (stride as f64).sqrt()
@@ -143,9 +156,11 @@ mod tests {
         sheet.extend((0..500).map(|i| [2.0 + 1e-6 * i as f32, 2.0, 2.0]));
         let index = NeighborIndex::new(&sheet);
         let asked: Vec<u32> = (0..sheet.len() as u32).step_by(7).chain(30_000..30_060).collect();
-        for (i, distance_sq) in asked.iter().zip(nearest_others_sq(&sheet, &asked)) {
-            let expected = index.nearest_n(&sheet[*i as usize], 2)[1].distance_sq;
-            assert!((distance_sq - expected).abs() <= 1e-6 * expected, "{i}: {distance_sq} {expected}");
+        for found in [nearest_others_sq(&sheet, &asked), looked_through(&sheet, &asked, 0.01)] {
+            for (i, distance_sq) in asked.iter().zip(found) {
+                let expected = index.nearest_n(&sheet[*i as usize], 2)[1].distance_sq;
+                assert!((distance_sq - expected).abs() <= 1e-6 * expected, "{i}: {distance_sq} {expected}");
+            }
         }
     }
 
@@ -154,6 +169,7 @@ mod tests {
         assert_eq!(nearest_others_sq(&[[1.0; 3]], &[0]), [f32::INFINITY]);
         assert_eq!(nearest_others_sq(&[[0.0; 3], [0.0, 3.0, 0.0]], &[1, 0]), [9.0, 9.0]);
         assert_eq!(nearest_others_sq(&[[2.0; 3]; 4], &[2]), [0.0]);
+        assert_eq!(looked_through(&[[2.0; 3]; 4], &[2], 0.0), [0.0]);
         assert!(nearest_others_sq(&[], &[]).is_empty());
     }
 }

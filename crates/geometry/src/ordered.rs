@@ -125,6 +125,22 @@ impl OrderedPoints {
         keys.truncate(n);
     }
 
+    /// The squared distance from one of the points to the nearest other one, which is looked for within this radius (data units)
+    /// first; infinite where there is no other.
+    pub(crate) fn nearest_other_sq(&self, point: &Point, radius: f64) -> f32 {
+        // The point itself is the nearest.
+        let found = growing(radius).find_map(|reach| {
+            let (mut first, mut second) = (f32::INFINITY, f32::INFINITY);
+            self.within(point, reach, |_, away| {
+                if away < second {
+                    (first, second) = (first.min(away), first.max(away));
+                }
+            });
+            second.is_finite().then_some(second)
+        });
+        found.unwrap_or(f32::INFINITY)
+    }
+
     /// Whether at least `count` points lie within `radius` (inclusive).
     #[must_use]
     pub fn has_within(&self, query: &Point, radius: f64, count: usize) -> bool {
@@ -141,7 +157,7 @@ impl OrderedPoints {
 }
 
 /// Radii to look within until enough is found; the last one is infinite.
-pub(crate) fn growing(first: f64) -> impl Iterator<Item = f64> {
+fn growing(first: f64) -> impl Iterator<Item = f64> {
     let wider = move |radius: &f64| if *radius < MAX_GROWN * first { GROWTH * radius } else { f64::INFINITY };
     std::iter::successors(Some(first), move |radius| radius.is_finite().then(|| wider(radius)))
 }

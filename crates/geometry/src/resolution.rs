@@ -2,7 +2,6 @@
 
 use crate::blocks::{Column, LANES};
 use crate::few_neighbors::nearest_others_sq;
-use crate::ordered::growing;
 use crate::random::Stream;
 use crate::{NeighborIndex, OrderedPoints, Point};
 use multiversion::multiversion;
@@ -103,27 +102,12 @@ impl Spaced {
             second_nearest_sq(members.clone(), self.ordered.columns(), block.columns(), nearest_sq);
             let new = nearest_sq.len() - members.len();
             for (found, place) in nearest_sq[new..].iter_mut().zip(members).filter(|(found, _)| **found > within) {
-                *found = self.far_other_sq(place);
+                *found = self.ordered.nearest_other_sq(&self.ordered.point(place), self.side);
             }
         });
         let of_point = self.ordered.in_order_of_points(&nearest_sq);
         let found = asked.iter().map(|&i| of_point[i as usize]).filter(|found| found.is_finite());
         found.map(|found| f64::from(found).sqrt()).collect()
-    }
-
-    /// The point itself is the nearest; infinite where there is no other.
-    fn far_other_sq(&self, place: usize) -> f32 {
-        let point = self.ordered.point(place);
-        let found = growing(self.side).find_map(|reach| {
-            let (mut first, mut second) = (f32::INFINITY, f32::INFINITY);
-            self.ordered.within(&point, reach, |_, away| {
-                if away < second {
-                    (first, second) = (first.min(away), first.max(away));
-                }
-            });
-            second.is_finite().then_some(second)
-        });
-        found.unwrap_or(f32::INFINITY)
     }
 }
 
