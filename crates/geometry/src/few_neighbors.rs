@@ -1,5 +1,6 @@
 //! The nearest other point of a few points of a large cloud, without an index of the whole.
 
+use crate::bounds::bounds;
 use crate::{NeighborIndex, OrderedPoints, Point};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -30,7 +31,8 @@ pub(crate) fn nearest_others_sq(points: &[Point], asked: &[u32]) -> Vec<f32> {
 fn looked_through(points: &[Point], asked: &[u32], mut reach: f64) -> Vec<f32> {
     let mut found = vec![f32::INFINITY; asked.len()];
     let mut open: Vec<u32> = (0..asked.len() as u32).collect();
-    let (low, extent) = bounds(points);
+    let (low, high) = bounds(points);
+    let extent = (0..3).map(|k| f64::from(high[k] - low[k])).fold(0.0, f64::max);
     while !open.is_empty() {
         // One cell at last, in which everything is.
         let is_last = reach.is_nan() || reach <= 0.0 || reach >= extent;
@@ -115,15 +117,6 @@ impl Members {
 
 fn distance_sq(a: &Point, b: &Point) -> f32 {
     (0..3).map(|k| (a[k] - b[k]) * (a[k] - b[k])).sum()
-}
-
-/// Lower corner and longest side.
-fn bounds(points: &[Point]) -> (Point, f64) {
-    let first = points.first().copied().unwrap_or_default();
-    let (low, high) = points.iter().fold((first, first), |(low, high), p| {
-        (std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k])))
-    });
-    (low, (0..3).map(|k| f64::from(high[k] - low[k])).fold(0.0, f64::max))
 }
 
 /// From an even part of the points, as if the cloud were a sheet: its neighbours are farther by the root of what was left

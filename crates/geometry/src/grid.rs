@@ -1,6 +1,7 @@
 //! A regular grid of cubic cells around a cloud.
 
 use crate::Point;
+use crate::bounds::bounds;
 
 /// Where the cells are.
 #[derive(Clone, Copy, Debug)]
@@ -15,14 +16,7 @@ pub(crate) struct Grid {
 impl Grid {
     /// Holds all points with a margin around them; the cells grow until there are at most so many. No cells for no points.
     pub(crate) fn around(points: &[Point], side: f64, margin: f64, max_cells: f64) -> Grid {
-        let mut low = [f32::INFINITY; 3];
-        let mut high = [f32::NEG_INFINITY; 3];
-        for point in points {
-            for axis in 0..3 {
-                low[axis] = low[axis].min(point[axis]);
-                high[axis] = high[axis].max(point[axis]);
-            }
-        }
+        let (low, high) = bounds(points);
         if points.is_empty() {
             return Grid { low: [0.0; 3], side: side as f32, size: [0; 3] };
         }

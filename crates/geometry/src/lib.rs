@@ -4,6 +4,7 @@
 //! neighbour index and the resolution, which is what detectors and descriptors work on.
 
 mod blocks;
+mod bounds;
 mod cells;
 mod dome;
 mod eigen;

@@ -1,9 +1,11 @@
 //! Voxel grids: one point for each occupied cell.
 
+use crate::bounds::bounds;
 use crate::{Point, narrow};
 use multiversion::multiversion;
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Points, with normals where the input had them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,8 +19,7 @@ pub struct Sample {
 /// Steps into which a cell's side is cut where means are formed: sums of whole steps do not depend on their order.
 const STEPS: f64 = (1u64 << 36) as f64;
 
-/// A table of all cells has at most so many for each point, and a bit map so many; beyond that the points' cells are sorted.
-const MAX_CELLS_PER_POINT: usize = 8;
+/// A bit map of all cells has at most so many for each point; beyond that the points' cells are sorted.
 const MAX_BITS_PER_POINT: usize = 256;
 
 /// The centroid of the points in each cubic cell of side `leaf`; cells are `floor(x / leaf)` on each axis.
@@ -29,8 +30,8 @@ const MAX_BITS_PER_POINT: usize = 256;
 pub fn voxel_centroids(points: &[Point], normals: Option<&[Point]>, leaf: f64) -> Sample {
     let leaf = usable(points, leaf);
     let groups = match Packing::of(points, leaf) {
-        Some(packing) => match packing.few_keys(MAX_CELLS_PER_POINT * points.len()) {
-            Some(n) => Groups::counted(&packing.keys(points, leaf), n),
+        Some(packing) => match packing.few_keys(usize::MAX) {
+            Some(_) => Groups::by_digits(&packing.keys(points, leaf), packing.bits.iter().sum()),
             None => Groups::sorted(points, |p| packing.key(&cell(p, leaf))),
         },
         None => Groups::sorted(points, |p| cell(p, leaf)),
@@ -53,12 +54,18 @@ pub fn voxel_count(points: &[Point], leaf: f64) -> usize {
 
 type Cell = [i64; 3];
 
-/// Keys that one thread makes at a time.
+/// Keys that one thread makes at a time, and groups that it averages.
 const KEYS_AT_A_TIME: usize = 4096;
+const GROUPS_AT_A_TIME: usize = 1024;
+/// Bits of a key that are sorted by at a time, at most.
+const DIGIT: u32 = 11;
+/// So many numbers of steps are summed without rounding in `f64`.
+const MAX_SUMMED: usize = 1 << 16;
 
 /// Finer cells could not be numbered.
 fn usable(points: &[Point], leaf: f64) -> f64 {
-    let largest = points.iter().flatten().fold(0.0f32, |largest, v| largest.max(v.abs()));
+    let (low, high) = bounds(points);
+    let largest = (0..3).fold(0.0f32, |largest, axis| largest.max(-low[axis]).max(high[axis]));
     leaf.max(f64::from(largest) * 2f64.powi(-50))
 }
 
@@ -80,10 +87,7 @@ struct Packing {
 
 impl Packing {
     fn of(points: &[Point], leaf: f64) -> Option<Packing> {
-        let first = *points.first()?;
-        let (low, high) = points.iter().fold((first, first), |(low, high), p| {
-            (std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k])))
-        });
+        let (low, high) = Some(bounds(points)).filter(|_| !points.is_empty())?;
         let (low, high) = (cell(&low, leaf), cell(&high, leaf));
         let bits = std::array::from_fn(|k| u64::BITS - high[k].abs_diff(low[k]).leading_zeros());
         (bits.iter().sum::<u32>() <= u64::BITS).then_some(Packing { low, bits })
@@ -149,30 +153,34 @@ struct Groups {
 }
 
 impl Groups {
-    fn counted(keys: &[u32], n_keys: usize) -> Groups {
-        let mut next = vec![0u32; n_keys];
-        keys.iter().for_each(|&key| next[key as usize] += 1);
-        let (mut sum, mut ends) = (0, Vec::new());
-        for count in &mut next {
-            let start = sum;
-            sum += *count;
-            if *count > 0 {
-                ends.push(sum as usize);
+    /// Sorts digit by digit, the last first.
+    fn by_digits(keys: &[u32], bits: u32) -> Groups {
+        let mut members: Vec<(u32, u32)> = keys.iter().copied().zip(0u32..).collect();
+        let mut sorted = vec![(0, 0); members.len()];
+        let width = bits.div_ceil(bits.div_ceil(DIGIT).max(1)).max(1);
+        for shift in (0..bits).step_by(width as usize) {
+            let digit = |key: u32| (key >> shift) as usize & ((1 << width) - 1);
+            let mut next = vec![0u32; 1 << width];
+            members.iter().for_each(|&(key, _)| next[digit(key)] += 1);
+            let mut sum = 0;
+            next.iter_mut().for_each(|count| sum += std::mem::replace(count, sum));
+            for &member in &members {
+                let place = &mut next[digit(member.0)];
+                sorted[*place as usize] = member;
+                *place += 1;
             }
-            *count = start;
+            std::mem::swap(&mut members, &mut sorted);
         }
-        let mut order = vec![0; keys.len()];
-        for (i, &key) in (0u32..).zip(keys) {
-            let place = &mut next[key as usize];
-            order[*place as usize] = i;
-            *place += 1;
-        }
-        Groups { order, ends }
+        Groups::of(&members)
     }
 
     fn sorted<K: Ord + Copy + Send + Sync>(points: &[Point], key: impl Fn(&Point) -> K + Send + Sync) -> Groups {
         let mut members: Vec<(K, u32)> = points.par_iter().map(key).zip(0u32..points.len() as u32).collect();
         members.par_sort_unstable_by_key(|member| member.0);
+        Groups::of(&members)
+    }
+
+    fn of<K: Eq>(members: &[(K, u32)]) -> Groups {
         let sizes = members.chunk_by(|a, b| a.0 == b.0).map(<[_]>::len);
         let ends = sizes.scan(0, |end, size| {
             *end += size;
@@ -182,23 +190,16 @@ impl Groups {
     }
 
     fn group(&self, number: usize) -> &[u32] {
-        let start = if number == 0 { 0 } else { self.ends[number - 1] };
-        &self.order[start..self.ends[number]]
+        &self.order[self.start(number)..self.start(number + 1)]
+    }
+
+    /// Where a group begins, and the end of the last one at last.
+    fn start(&self, number: usize) -> usize {
+        if number == 0 { 0 } else { self.ends[number - 1] }
     }
 }
 
 fn centroids(points: &[Point], normals: Option<&[Point]>, leaf: f64, groups: &Groups) -> Sample {
-    let numbers = || (0..groups.ends.len()).into_par_iter();
-    let centroid = |number: usize| {
-        let members = groups.group(number);
-        let corner = cell(&points[members[0] as usize], leaf).map(|c| c as f64);
-        let sum = members.iter().fold([0i64; 3], |sum, &i| {
-            let point = points[i as usize];
-            std::array::from_fn(|k| sum[k] + ((f64::from(point[k]) / leaf - corner[k]) * STEPS) as i64)
-        });
-        let mean = |k: usize| (corner[k] + sum[k] as f64 / STEPS / members.len() as f64) * leaf;
-        narrow(&Vector3::from_fn(|k, _| mean(k)))
-    };
     let mean_normal = |normals: &[Point], number: usize| {
         let sum = groups.group(number).iter().fold([0i64; 3], |sum, &i| {
             let normal = normals[i as usize];
@@ -207,9 +208,40 @@ fn centroids(points: &[Point], normals: Option<&[Point]>, leaf: f64, groups: &Gr
         let sum = Vector3::from(sum.map(|steps| steps as f64 / STEPS));
         narrow(&sum.try_normalize(1e-6).unwrap_or_default())
     };
+    let numbers: Vec<usize> = (0..groups.ends.len()).collect();
+    let some_centroids = |some: &[usize]| centroids_of(points, leaf, groups, some[0]..some[0] + some.len());
     Sample {
-        points: numbers().map(centroid).collect(),
-        normals: normals.map(|normals| numbers().map(|number| mean_normal(normals, number)).collect()),
+        points: numbers.par_chunks(GROUPS_AT_A_TIME).flat_map_iter(some_centroids).collect(),
+        normals: normals.map(|normals| numbers.par_iter().map(|&number| mean_normal(normals, number)).collect()),
+    }
+}
+
+/// Of the groups of these numbers.
+fn centroids_of(points: &[Point], leaf: f64, groups: &Groups, numbers: Range<usize>) -> Vec<Point> {
+    let start = groups.start(numbers.start);
+    let order = &groups.order[start..groups.start(numbers.end)];
+    let members: Vec<Point> = order.iter().map(|&i| points[i as usize]).collect();
+    let mut steps = vec![[0.0; 3]; members.len()];
+    steps_within(members.as_flattened(), leaf, steps.as_flattened_mut());
+    let centroid = |number: usize| {
+        let own = groups.start(number) - start..groups.start(number + 1) - start;
+        let (corner, own) = (cell(&members[own.start], leaf).map(|c| c as f64), &steps[own]);
+        let sum: [f64; 3] = if own.len() <= MAX_SUMMED {
+            own.iter().fold([0.0; 3], |sum, steps| std::array::from_fn(|k| sum[k] + steps[k]))
+        } else {
+            [0, 1, 2].map(|k| own.iter().map(|steps| steps[k] as i128).sum::<i128>() as f64)
+        };
+        narrow(&Vector3::from_fn(|k, _| (corner[k] + sum[k] / STEPS / own.len() as f64) * leaf))
+    };
+    numbers.map(centroid).collect()
+}
+
+/// For each coordinate how many steps it is beyond the corner of its cell.
+#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
+fn steps_within(coordinates: &[f32], leaf: f64, steps: &mut [f64]) {
+    for (steps, &v) in steps.iter_mut().zip(coordinates) {
+        let place = f64::from(v) / leaf;
+        *steps = ((place - place.floor()) * STEPS).floor();
     }
 }
 
