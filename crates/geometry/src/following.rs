@@ -50,9 +50,9 @@ impl OrderedPoints {
         let farthest = if is_settled { WIDER * radius } else { radius };
         let mut reach = self.side().min(radius);
         loop {
-            let [first, second] = self.two_nearest(query, reach);
+            let (first, second_sq) = self.two_nearest(query, reach);
             if let Some((nearest, away)) = first {
-                let second = second.map_or(reach as f32, |(_, away)| away.sqrt().min(reach as f32));
+                let second = second_sq.sqrt().min(reach as f32);
                 let free = 0.5 * (second - away.sqrt()) - ROUNDING * second;
                 return LastSeen { at: *query, nearest: nearest as u32, free };
             }
@@ -63,19 +63,27 @@ impl OrderedPoints {
         }
     }
 
-    /// The two nearest points at most `reach` away and their squared distances; of equally near ones the first in order.
-    fn two_nearest(&self, query: &Point, reach: f64) -> [Option<(usize, f32)>; 2] {
-        let mut nearest = [None::<(usize, f32)>; 2];
-        self.within(query, reach, |place, away| {
-            let is_nearer = |than: Option<(usize, f32)>| than.is_none_or(|(_, known)| away < known);
-            if is_nearer(nearest[0]) {
-                nearest = [Some((place, away)), nearest[0]];
-            } else if is_nearer(nearest[1]) {
-                nearest[1] = Some((place, away));
+    /// The nearest point at most `reach` away and its squared distance, of equally near ones the first in order; and a squared
+    /// distance within which there is no other, or `reach` at least.
+    fn two_nearest(&self, query: &Point, reach: f64) -> (Option<(usize, f32)>, f32) {
+        let (mut nearest, mut first, mut second) = (0, f32::INFINITY, f32::INFINITY);
+        self.cells().around(query, reach, |run| {
+            let columns = self.columns().each_ref().map(|column| &column[run.clone()]);
+            for (i, place) in run.enumerate() {
+                let away = distance_sq(&columns.map(|column| column[i]), query);
+                // Without a branch: which points are nearer than those before is nearly chance.
+                let is_first = away < first;
+                second = lesser(second, if is_first { first } else { away });
+                nearest = if is_first { place } else { nearest };
+                first = lesser(first, away);
             }
         });
-        nearest
+        ((first <= reach as f32 * reach as f32).then_some((nearest, first)), second)
     }
+}
+
+fn lesser(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }
 
 #[cfg(test)]
