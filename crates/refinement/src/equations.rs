@@ -20,7 +20,7 @@ pub(crate) struct Equations {
     /// Of the distances to the tangent planes alone: what really holds.
     planes: Symmetric6,
     /// Of other distances that the method looks at instead.
-    metric: Option<Matrix6<f64>>,
+    metric: Option<Symmetric6>,
     gradient: Vector6<f64>,
     pub(crate) n_pairs: usize,
     pub(crate) weight: f64,
@@ -43,6 +43,18 @@ impl Symmetric6 {
             for j in 0..=i {
                 self.0[i][j] += weighted * row[j];
             }
+        }
+    }
+
+    /// Rows of the upper left block, of the lower left one, and the lower right one.
+    #[inline]
+    fn add_blocks(&mut self, upper: &[Vector3<f64>; 3], across: &[Vector3<f64>; 3], lower: &Matrix3<f64>) {
+        for i in 0..3 {
+            for j in 0..=i {
+                self.0[i][j] += upper[i][j];
+                self.0[3 + i][3 + j] += lower[(i, j)];
+            }
+            self.0[3 + i].iter_mut().zip(&across[i]).for_each(|(sum, entry)| *sum += entry);
         }
     }
 
@@ -73,12 +85,14 @@ impl Equations {
     /// A pair whose distances count by the metric `k`.
     pub(crate) fn add_metric(&mut self, touch: &Touch, k: &Matrix3<f64>) {
         self.planes.add(&row(&touch.moved, &touch.normal), touch.weight);
-        let mut jacobian = nalgebra::Matrix3x6::zeros();
-        jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&-touch.moved.cross_matrix());
-        jacobian.fixed_view_mut::<3, 3>(0, 3).fill_with_identity();
-        let weighted = jacobian.transpose() * k * touch.weight;
-        *self.metric.get_or_insert_default() += weighted * jacobian;
-        self.gradient -= weighted * touch.offset;
+        // With the Jacobian (−[p]× | I) of the offset of a point p, whose columns turn into products with p.
+        let (p, pull) = (&touch.moved, k * touch.weight);
+        let turning = [0, 1, 2].map(|i| p.cross(&pull.column(i).into_owned()));
+        let turned_twice = [0, 1, 2].map(|i| p.cross(&Vector3::new(turning[0][i], turning[1][i], turning[2][i])));
+        self.metric.get_or_insert_default().add_blocks(&turned_twice, &turning, &pull);
+        let force = pull * touch.offset;
+        let torque = p.cross(&force);
+        self.gradient -= Vector6::new(torque.x, torque.y, torque.z, force.x, force.y, force.z);
         self.count(touch);
     }
 
@@ -93,8 +107,8 @@ impl Equations {
 
     pub(crate) fn plus(mut self, other: Equations) -> Equations {
         self.planes.plus(&other.planes);
-        if let Some(metric) = other.metric {
-            *self.metric.get_or_insert_default() += metric;
+        if let Some(metric) = &other.metric {
+            self.metric.get_or_insert_default().plus(metric);
         }
         self.gradient += other.gradient;
         self.n_pairs += other.n_pairs;
@@ -108,7 +122,7 @@ impl Equations {
 
     /// Of the distances that the method looks at.
     pub(crate) fn information(&self) -> Matrix6<f64> {
-        self.metric.unwrap_or_else(|| self.planes.matrix())
+        self.metric.as_ref().unwrap_or(&self.planes).matrix()
     }
 
     /// The middle of the pairs and their spread around it.
