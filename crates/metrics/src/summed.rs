@@ -5,7 +5,7 @@ use congruent_geometry::RigidTransform;
 use multiversion::multiversion;
 
 /// Pairs whose gains are added side by side.
-const LANES: usize = 32;
+const LANES: usize = 16;
 
 /// Scores a hypothesis.
 pub trait Metric: Send + Sync {
@@ -61,6 +61,31 @@ impl Rows {
     }
 }
 
+/// Of [`LANES`] pairs, a row of the pose after the other: so each of its numbers is fetched once for all.
+impl Rows {
+    #[inline(always)]
+    fn residuals_sq(&self, p: [&[f32; LANES]; 3], [qx, qy, qz]: [&[f32; LANES]; 3]) -> [f32; LANES] {
+        let z = self.along(2, p, qz);
+        let y = self.along(1, p, qy);
+        let x = self.along(0, p, qx);
+        let mut sum = [0.0; LANES];
+        for lane in 0..LANES {
+            sum[lane] = x[lane] * x[lane] + (y[lane] * y[lane] + z[lane] * z[lane]);
+        }
+        sum
+    }
+
+    #[inline(always)]
+    fn along(&self, row: usize, [px, py, pz]: [&[f32; LANES]; 3], q: &[f32; LANES]) -> [f32; LANES] {
+        let ([a, b, c], shift) = (self.linear[row], self.shift[row]);
+        let mut along = [0.0; LANES];
+        for lane in 0..LANES {
+            along[lane] = a * px[lane] + (b * py[lane] + (c * pz[lane] + (shift - q[lane])));
+        }
+        along
+    }
+}
+
 /// Compiled once for each instruction set and chosen at run time. No product is fused with a sum, and the lanes are
 /// added in a fixed order, so the bits are the same on all of them.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
@@ -72,17 +97,34 @@ fn total<K: Kernel>(kernel: &K, pose: &Rows, evidence: &Evidence) -> f32 {
     let (qx_blocks, qy_blocks, qz_blocks) = (&qx.0[..blocks], &qy.0[..blocks], &qz.0[..blocks]);
     let mut sums = [0.0f32; LANES];
     for b in 0..blocks {
+        let p = [&px.0[b], &py_blocks[b], &pz_blocks[b]];
+        let q = [&qx_blocks[b], &qy_blocks[b], &qz_blocks[b]];
+        let residuals_sq = pose.residuals_sq(p, q);
         for lane in 0..LANES {
-            let p = [px.0[b][lane], py_blocks[b][lane], pz_blocks[b][lane]];
-            let q = [qx_blocks[b][lane], qy_blocks[b][lane], qz_blocks[b][lane]];
-            sums[lane] += kernel.gain(pose.residual_sq(p, q));
+            sums[lane] += kernel.gain(residuals_sq[lane]);
         }
     }
-    let mut sum: f32 = sums.iter().sum();
-    for i in 0..px.1.len() {
-        sum += kernel.gain(pose.residual_sq([px.1[i], py.1[i], pz.1[i]], [qx.1[i], qy.1[i], qz.1[i]]));
+    // What is left, with nothing in the other lanes.
+    let (p, q) = ([padded(px.1), padded(py.1), padded(pz.1)], [padded(qx.1), padded(qy.1), padded(qz.1)]);
+    let residuals_sq = pose.residuals_sq([&p[0], &p[1], &p[2]], [&q[0], &q[1], &q[2]]);
+    for lane in 0..px.1.len() {
+        sums[lane] += kernel.gain(residuals_sq[lane]);
     }
-    sum
+    let mut width = LANES / 2;
+    while width > 0 {
+        for lane in 0..width {
+            sums[lane] += sums[lane + width];
+        }
+        width /= 2;
+    }
+    sums[0]
+}
+
+#[inline(always)]
+fn padded(rest: &[f32]) -> [f32; LANES] {
+    let mut lanes = [0.0; LANES];
+    lanes[..rest.len()].copy_from_slice(rest);
+    lanes
 }
 
 impl Evidence {
