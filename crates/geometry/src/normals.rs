@@ -22,7 +22,7 @@ pub enum Neighborhood {
 pub struct PointNormal {
     /// Unit length; zero where there is none (fewer than three neighbours, or all on a line).
     pub normal: Point,
-    /// Surface variation λ0 / (λ0 + λ1 + λ2): 0 on a plane, at most 1/3.
+    /// Surface variation λ0 / (λ0 + λ1 + λ2): 0 on a plane, at most 1/3; to about 1e-7.
     pub curvature: f32,
 }
 

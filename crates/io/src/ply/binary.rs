@@ -59,13 +59,20 @@ impl<const BIG_ENDIAN: bool> Numbers for Binary<'_, BIG_ENDIAN> {
         let Some(layout) = Layout::of(properties, columns) else { return 0 };
         let records = self.left.chunks_exact(layout.stride).take(n);
         let read = records.len();
-        for record in records {
-            let mut row = Row::default();
-            for (at, kind, column) in &layout.numbers {
-                let number = Binary::<BIG_ENDIAN>::new(&record[*at..]).number(kind);
-                row[*column] = number.expect("a record holds all its numbers");
+        let number = |record: &[u8], at: usize, kind: &ScalarType| {
+            Binary::<BIG_ENDIAN>::new(&record[at..]).number(kind).expect("a record holds all its numbers")
+        };
+        if let Some(coordinates) = layout.float_coordinates() {
+            for record in records {
+                let [x, y, z] = coordinates.map(|at| number(record, at, &ScalarType::Float));
+                visit([x, y, z, 0.0, 0.0, 0.0]);
             }
-            visit(row);
+        } else {
+            for record in records {
+                let mut row = Row::default();
+                layout.numbers.iter().for_each(|(at, kind, column)| row[*column] = number(record, *at, kind));
+                visit(row);
+            }
         }
         self.left = &self.left[read * layout.stride..];
         read
@@ -96,6 +103,15 @@ impl Layout {
             layout.stride += size(kind);
         }
         (layout.stride > 0).then_some(layout)
+    }
+
+    /// Where the coordinates are, if they are all that is wanted and floats: as in most files.
+    fn float_coordinates(&self) -> Option<[usize; 3]> {
+        let mut coordinates = [0; 3];
+        for (at, kind, column) in &self.numbers {
+            *coordinates.get_mut(*column).filter(|_| *kind == ScalarType::Float)? = *at;
+        }
+        Some(coordinates)
     }
 }
 
