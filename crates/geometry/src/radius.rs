@@ -36,6 +36,19 @@ impl<'a> RadiusSearch<'a> {
         }
     }
 
+    /// The `k` nearest of those within the radius, nearest first; of equally near ones the first. `near` is used again.
+    pub(crate) fn nearest_n(&self, query: &Point, k: usize, near: &mut Vec<Neighbor>) {
+        near.clear();
+        if self.ordered.is_none() {
+            let limit = self.radius as f32 * self.radius as f32;
+            near.extend(self.index.nearest_n(query, k).into_iter().filter(|n| n.distance_sq <= limit));
+            return;
+        }
+        self.visit(query, |n| near.push(n));
+        near.sort_unstable_by(|a, b| a.distance_sq.total_cmp(&b.distance_sq).then(a.index.cmp(&b.index)));
+        near.truncate(k);
+    }
+
     /// Whether there are so many; no more than that are looked at where a grid can tell.
     #[must_use]
     pub fn has(&self, query: &Point, count: usize) -> bool {

@@ -7,7 +7,7 @@
 
 use crate::dome::{self, look_around, sides_around};
 use crate::screen::{Columns, Screen, columns, face_along, project};
-use crate::{NeighborIndex, Point, RadiusSearch, narrow, random::Stream, wide};
+use crate::{Neighbor, NeighborIndex, Point, RadiusSearch, narrow, random::Stream, wide};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -148,17 +148,14 @@ impl<'a> Cloud<'a> {
         let middle = points.iter().map(|p| wide(*p)).sum::<Vector3<f64>>() / points.len().max(1) as f64;
         let radius = points.iter().map(|p| (wide(*p) - middle).norm()).fold(0.0, f64::max);
         let search = RadiusSearch::among(points, index, EDGE_REACH * unit);
-        let of_point = |near: &mut Vec<(u32, u32)>, i: usize| {
-            near.clear();
-            search.visit(&points[i], |n| near.push((n.distance_sq.to_bits(), n.index)));
-            near.retain(|&(_, other)| other != i as u32);
-            // Bits of distances ascend with them.
-            near.sort_unstable();
-            let edge = |&(_, other): &(u32, u32)| {
-                let cosine = wide(normals[i]).dot(&wide(normals[other as usize]));
-                (cosine.abs() > 0.7).then_some(Edge { ends: [i as u32, other], aligned: cosine > 0.0 })
+        let of_point = |near: &mut Vec<Neighbor>, i: usize| {
+            // The point itself is one of them.
+            search.nearest_n(&points[i], EDGES + 1, near);
+            let edge = |n: &Neighbor| {
+                let cosine = wide(normals[i]).dot(&wide(normals[n.index as usize]));
+                (cosine.abs() > 0.7).then_some(Edge { ends: [i as u32, n.index], aligned: cosine > 0.0 })
             };
-            near.iter().take(EDGES).filter_map(edge).collect::<Vec<_>>()
+            near.iter().filter(|n| n.index != i as u32).take(EDGES).filter_map(edge).collect::<Vec<_>>()
         };
         let some = (0..points.len()).into_par_iter().step_by(2);
         let edges: Vec<Vec<Edge>> = some.map_init(Vec::new, of_point).collect();
