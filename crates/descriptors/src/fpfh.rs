@@ -3,7 +3,7 @@
 //! How a keypoint's neighbours lie to *their* neighbours, pair by pair; nearer neighbours weigh more.
 
 use crate::descriptor::table;
-use crate::pair::{BINS, DIM, PairHistograms, pair_histogram};
+use crate::pair::{BINS, DIM, PairHistograms};
 use crate::{Descriptor, Features};
 use congruent_geometry::{Length, Surface};
 use serde::{Deserialize, Serialize};
@@ -63,23 +63,12 @@ impl Descriptor for Fpfh {
     }
 
     fn describe_into(&self, surface: &Surface, keypoint: u32, row: &mut [f32]) -> bool {
-        let histogram = |i: u32| pair_histogram(surface, i, self.radius);
-        let mut sum = [0.0; DIM];
-        surface.index().within(&surface.points()[keypoint as usize], self.radius, |n| {
-            if n.distance_sq > 0.0 {
-                let weight = 1.0 / f64::from(n.distance_sq);
-                sum.iter_mut().zip(histogram(n.index)).for_each(|(sum, share)| *sum += weight * f64::from(share));
-            }
-        });
-        self.finish(surface, keypoint, &sum, || histogram(keypoint), row)
+        self.combine(surface, keypoint, &self.histograms(surface, &[keypoint]), row)
     }
 
     fn describe(&self, surface: &Surface, keypoints: &[u32]) -> Features {
-        let histograms = PairHistograms::new(surface, &self.needed(surface, keypoints), self.radius);
-        table(DIM, keypoints, |keypoint, row| {
-            let sum = histograms.weighted(&surface.points()[keypoint as usize], &mut Vec::new());
-            self.finish(surface, keypoint, &sum, || *histograms.of(keypoint), row)
-        })
+        let histograms = self.histograms(surface, keypoints);
+        table(DIM, keypoints, |keypoint, row| self.combine(surface, keypoint, &histograms, row))
     }
 }
 
@@ -102,18 +91,17 @@ impl Fpfh {
         is_needed
     }
 
-    /// Scales each block to 100 and adds the keypoint's own histogram where the variant does.
-    fn finish(
-        &self,
-        surface: &Surface,
-        keypoint: u32,
-        sum: &[f64; DIM],
-        own: impl FnOnce() -> [f32; DIM],
-        row: &mut [f32],
-    ) -> bool {
+    /// All that these keypoints need.
+    fn histograms(&self, surface: &Surface, keypoints: &[u32]) -> PairHistograms {
+        PairHistograms::new(surface, &self.needed(surface, keypoints), self.radius)
+    }
+
+    /// Sums the neighbours' histograms, scales each block to 100, and adds the keypoint's own where the variant does.
+    fn combine(&self, surface: &Surface, keypoint: u32, histograms: &PairHistograms, row: &mut [f32]) -> bool {
+        let sum = histograms.weighted(&surface.points()[keypoint as usize]);
         let own = match self.variant {
             FpfhVariant::Pcl => [0.0; DIM],
-            FpfhVariant::Open3d => own(),
+            FpfhVariant::Open3d => *histograms.of(keypoint),
         };
         for block in 0..3 {
             let total: f64 = sum[block * BINS..][..BINS].iter().sum();
@@ -155,8 +143,7 @@ mod tests {
             for (i, &keypoint) in keypoints.iter().enumerate() {
                 let mut row = [0.0; DIM];
                 assert!(fpfh(variant).describe_into(&surface, keypoint, &mut row));
-                // Neighbours come in another order.
-                assert!(distance(features.row(i), &row) < 1e-4);
+                assert_eq!(features.row(i), row);
             }
         }
     }

@@ -150,28 +150,6 @@ fn count(counts: &mut [u32; DIM], bins: u32) {
     }
 }
 
-/// The simplified histogram (SPFH) of one point: percentages of its pairs with all neighbours, each block summing to
-/// 100. All zero where there is no pair.
-pub(crate) fn pair_histogram(surface: &Surface, i: u32, radius: f64) -> [f32; DIM] {
-    let mut counts = [0u32; DIM];
-    let (point, normal) = (surface.points()[i as usize], surface.normals()[i as usize]);
-    if normal != [0.0; 3] {
-        // The tree may see a point on the very rim otherwise than the bins do: theirs is the last word.
-        surface.index().within(&point, radius * RIM, |n| {
-            let (other, its_normal) = (surface.points()[n.index as usize], surface.normals()[n.index as usize]);
-            let offset = std::array::from_fn(|axis| other[axis] - point[axis]);
-            let found = bins(normal, its_normal, offset, squared(radius));
-            if found != NO_BINS {
-                count(&mut counts, found);
-            }
-        });
-    }
-    percentages(&counts)
-}
-
-/// What a radius is taken times where rounding must lose no point.
-const RIM: f64 = 1.0 + 1e-5;
-
 fn squared(radius: f64) -> f32 {
     radius as f32 * radius as f32
 }
@@ -214,16 +192,15 @@ impl PairHistograms {
         &self.histograms[self.places[i as usize] as usize]
     }
 
-    /// The sum of all within the radius of a place; nearer ones weigh more, the place itself does not count. `near` is used
-    /// again.
-    pub(crate) fn weighted(&self, centre: &Point, near: &mut Vec<(u32, f64)>) -> [f64; DIM] {
-        near.clear();
+    /// The sum of all within the radius of a place; nearer ones weigh more, the place itself does not count.
+    pub(crate) fn weighted(&self, centre: &Point) -> [f64; DIM] {
+        let mut near = Vec::new();
         self.points.within(centre, self.radius, |place, distance_sq| {
             if distance_sq > 0.0 {
                 near.push((place as u32, 1.0 / f64::from(distance_sq)));
             }
         });
-        weighted_sum(&self.histograms, near)
+        weighted_sum(&self.histograms, &near)
     }
 }
 
@@ -277,6 +254,28 @@ mod tests {
     use congruent_geometry::narrow;
     use congruent_geometry::random::Stream;
     use nalgebra::Vector3;
+
+    /// The simplified histogram (SPFH) of one point: percentages of its pairs with all neighbours, each block summing to
+    /// 100. All zero where there is no pair.
+    fn pair_histogram(surface: &Surface, i: u32, radius: f64) -> [f32; DIM] {
+        let mut counts = [0u32; DIM];
+        let (point, normal) = (surface.points()[i as usize], surface.normals()[i as usize]);
+        if normal != [0.0; 3] {
+            // The tree may see a point on the very rim otherwise than the bins do: theirs is the last word.
+            surface.index().within(&point, radius * RIM, |n| {
+                let (other, its_normal) = (surface.points()[n.index as usize], surface.normals()[n.index as usize]);
+                let offset = std::array::from_fn(|axis| other[axis] - point[axis]);
+                let found = bins(normal, its_normal, offset, squared(radius));
+                if found != NO_BINS {
+                    count(&mut counts, found);
+                }
+            });
+        }
+        percentages(&counts)
+    }
+
+    /// What a radius is taken times where rounding must lose no point.
+    const RIM: f64 = 1.0 + 1e-5;
 
     fn direction(stream: &mut Stream) -> Point {
         narrow(&Vector3::new(stream.normal(), stream.normal(), stream.normal()).normalize())

@@ -1,6 +1,6 @@
 //! The nearest points of places that move little from one time to the next.
 
-use crate::ordered::distance_sq;
+use crate::ordered::{distance_sq, lesser};
 use crate::{OrderedPoints, Point};
 
 /// A place that has found nothing looks farther by this factor, …
@@ -65,7 +65,7 @@ impl OrderedPoints {
 
     /// The nearest point at most `reach` away and its squared distance, of equally near ones the first in order; and a squared
     /// distance within which there is no other, or `reach` at least.
-    fn two_nearest(&self, query: &Point, reach: f64) -> (Option<(usize, f32)>, f32) {
+    pub(crate) fn two_nearest(&self, query: &Point, reach: f64) -> (Option<(usize, f32)>, f32) {
         let (mut nearest, mut first, mut second) = (0, f32::INFINITY, f32::INFINITY);
         self.cells().around(query, reach, |run| {
             let columns = self.columns().each_ref().map(|column| &column[run.clone()]);
@@ -80,10 +80,6 @@ impl OrderedPoints {
         });
         ((first <= reach as f32 * reach as f32).then_some((nearest, first)), second)
     }
-}
-
-fn lesser(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
 }
 
 #[cfg(test)]

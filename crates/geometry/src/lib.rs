@@ -6,7 +6,6 @@
 mod blocks;
 mod bounds;
 mod cells;
-mod dome;
 mod eigen;
 mod few_neighbors;
 mod field;
@@ -26,7 +25,6 @@ pub mod random;
 mod resolution;
 mod scan;
 mod scatter;
-mod screen;
 mod surface;
 mod transform;
 mod view;

@@ -1,7 +1,7 @@
 //! Normals by principal component analysis of a neighbourhood.
 
-use crate::blocks::{Block, LANES};
-use crate::scatter::{Near, Scatter, normals_of, scatters_in_block};
+use crate::blocks::Block;
+use crate::scatter::{Beside, Near, Scatter, normals_of, scatters_in_block};
 use crate::{NeighborIndex, OrderedPoints, Point};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -22,7 +22,7 @@ pub enum Neighborhood {
 pub struct PointNormal {
     /// Unit length; zero where there is none (fewer than three neighbours, or all on a line).
     pub normal: Point,
-    /// Surface variation λ0 / (λ0 + λ1 + λ2): 0 on a plane, at most 1/3; to about 1e-7.
+    /// Surface variation λ0 / (λ0 + λ1 + λ2): 0 on a plane, at most 1/3.
     pub curvature: f32,
 }
 
@@ -54,7 +54,7 @@ struct Around<'a> {
 /// What one thread uses again from cell to cell.
 #[derive(Default)]
 struct Workplace {
-    away: Vec<[f32; LANES]>,
+    beside: Beside,
     seen: Vec<Option<Scatter>>,
     scatters: Vec<Scatter>,
     farther: Farther,
@@ -101,12 +101,12 @@ impl<'a> Around<'a> {
             Neighborhood::Radius(_) => Near::Within(limit, 0),
             Neighborhood::RadiusAtLeast(_, k) => Near::Within(limit, k as u32),
         };
-        let Workplace { away, seen, scatters, farther } = workplace;
-        scatters_in_block(members.clone(), ordered.columns(), block.columns(), near, away, seen);
+        let Workplace { beside, seen, scatters, farther } = workplace;
+        scatters_in_block(members.clone(), ordered.columns(), block.columns(), near, beside, seen);
         scatters.clear();
         scatters.extend(members.zip(seen).map(|(place, seen)| match seen {
             Some(scatter) => *scatter,
-            None => self.farther(ordered, farther, away, place),
+            None => self.farther(ordered, farther, beside, place),
         }));
     }
 
@@ -115,7 +115,7 @@ impl<'a> Around<'a> {
         &self,
         ordered: &OrderedPoints,
         Farther { block, runs, seen, found }: &mut Farther,
-        away: &mut Vec<[f32; LANES]>,
+        beside: &mut Beside,
         place: usize,
     ) -> Scatter {
         let (Neighborhood::Nearest(k) | Neighborhood::RadiusAtLeast(_, k)) = self.neighborhood else {
@@ -126,7 +126,7 @@ impl<'a> Around<'a> {
         ordered.cells().around(&point, radius, |run| runs.push(run));
         block.gather(ordered, runs);
         let near = Near::Nearest(k as u32, radius as f32 * radius as f32);
-        scatters_in_block(place..place + 1, ordered.columns(), block.columns(), near, away, seen);
+        scatters_in_block(place..place + 1, ordered.columns(), block.columns(), near, beside, seen);
         seen[0].unwrap_or_else(|| {
             let mut scatter = Scatter::default();
             ordered.nearest_n(&point, k, radius, found);
@@ -211,6 +211,15 @@ mod tests {
             let by_grid = Around::new(&points, &index, neighborhood);
             assert!(by_grid.ordered.is_some());
             let by_tree = Around { ordered: None, ..Around::new(&points, &index, neighborhood) };
+            let Some(ordered) = &by_grid.ordered else { unreachable!() };
+            let scatters = ordered.each_block(|workplace: &mut Workplace, members, block, scatters| {
+                by_grid.seen(ordered, workplace, members, block);
+                scatters.append(&mut workplace.scatters);
+            });
+            for (point, one) in points.iter().zip(ordered.in_order_of_points(&scatters)) {
+                let other = by_tree.scatter(point);
+                assert!(one.n == other.n && (one.sum - other.sum).norm() < 1e-9, "{neighborhood:?}");
+            }
             for (one, other) in by_grid.normals().iter().zip(by_tree.normals()) {
                 let cosine = wide(one.normal).dot(&wide(other.normal)).abs();
                 assert!(cosine > 1.0 - 1e-6 && (one.curvature - other.curvature).abs() < 1e-6, "{neighborhood:?}");

@@ -2,6 +2,7 @@
 
 use crate::blocks::{Column, LANES};
 use crate::few_neighbors::nearest_others_sq;
+use crate::ordered::lesser;
 use crate::random::Stream;
 use crate::{NeighborIndex, OrderedPoints, Point};
 use multiversion::multiversion;
@@ -139,12 +140,7 @@ fn second_nearest_sq(members: Range<usize>, all: &[Vec<f32>; 3], block: [Column<
     }
 }
 
-/// Of two numbers of which none is NaN: one instruction each.
-#[inline(always)]
-fn lesser(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
+/// As [`lesser`].
 #[inline(always)]
 fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }

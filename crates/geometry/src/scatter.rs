@@ -78,36 +78,48 @@ pub(crate) enum Near {
     Nearest(u32, f32),
 }
 
-/// Half of the lanes: so many sums stay in registers.
-const SUMMED: usize = LANES / 2;
 /// Trials to find a distance between the `k`-th nearest point and the next.
 const TRIALS: usize = 12;
 
+/// What is known of the points of a block beside one of its members; used again from one to the next.
+#[derive(Default)]
+pub(crate) struct Beside {
+    /// Squared distances.
+    away: Vec<[f32; LANES]>,
+    /// A coordinate at a time, of the near ones; zero of the others.
+    offsets: [Vec<[f64; LANES]>; 3],
+}
+
 /// For each member of a cell (places in the order of `all`) the scatter of its near ones among the points of a block; nothing
-/// where a block does not tell which are the nearest. `away` is used again. Sums are of `f32`, sixteen side by side: what
-/// they round is a ten-millionth of the neighbourhood's size.
+/// where a block does not tell which are the nearest.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 pub(crate) fn scatters_in_block(
     members: Range<usize>,
     all: &[Vec<f32>; 3],
     block: [Column<'_>; 3],
     near: Near,
-    away: &mut Vec<[f32; LANES]>,
+    beside: &mut Beside,
     found: &mut Vec<Option<Scatter>>,
 ) {
+    let Beside { away, offsets } = beside;
     found.clear();
     away.resize(block[0].len(), [0.0; LANES]);
     for place in members {
         let centre = [all[0][place], all[1][place], all[2][place]];
         distances_sq(centre, block, away);
-        found.push(match near {
-            Near::Within(limit, at_least) => {
-                Some(scatter_within(centre, block, away, limit)).filter(|scatter| scatter.n >= f64::from(at_least))
-            }
-            Near::Nearest(k, limit) => {
-                nearest_limit(away, k, limit).map(|limit| scatter_within(centre, block, away, limit))
-            }
-        });
+        let limit = match near {
+            Near::Within(limit, at_least) => (count_within(away, limit) >= at_least).then_some(limit),
+            Near::Nearest(k, limit) => nearest_limit(away, k, limit),
+        };
+        let Some(limit) = limit else {
+            found.push(None);
+            continue;
+        };
+        for axis in 0..3 {
+            offsets[axis].resize(block[0].len(), [0.0; LANES]);
+            near_offsets(block[axis], f64::from(centre[axis]), away, limit, &mut offsets[axis]);
+        }
+        found.push(Some(summed(count_within(away, limit), [&offsets[0], &offsets[1], &offsets[2]])));
     }
 }
 
@@ -146,32 +158,61 @@ fn nearest_limit(away: &[[f32; LANES]], k: u32, limit: f32) -> Option<f32> {
     None
 }
 
+/// What is not near, or not there, gets zero.
 #[inline(always)]
-fn scatter_within([x, y, z]: Point, block: [Column<'_>; 3], away: &[[f32; LANES]], limit: f32) -> Scatter {
-    let [xs, ys, zs] = block.map(halves);
-    let mut n = [0u32; SUMMED];
-    let mut sums = [[0f32; SUMMED]; 9];
-    for (((away, xs), ys), zs) in halves(away).iter().zip(xs).zip(ys).zip(zs) {
-        for lane in 0..SUMMED {
-            let is_near = away[lane] <= limit;
-            // What is not near, or not there, adds nothing.
-            let offset = [xs[lane] - x, ys[lane] - y, zs[lane] - z].map(|v| if is_near { v } else { 0.0 });
-            let [dx, dy, dz] = offset;
-            n[lane] += u32::from(is_near);
-            for (sum, term) in sums.iter_mut().zip([dx, dy, dz, dx * dx, dx * dy, dx * dz, dy * dy, dy * dz, dz * dz]) {
-                sum[lane] += term;
-            }
-        }
-    }
-    let [sx, sy, sz, xx, xy, xz, yy, yz, zz] = sums.map(|lanes| lanes.into_iter().map(f64::from).sum::<f64>());
-    Scatter {
-        n: f64::from(n.iter().sum::<u32>()),
-        sum: Vector3::new(sx, sy, sz),
-        squares: OuterSum::of([xx, xy, xz, yy, yz, zz]),
+fn near_offsets(column: Column<'_>, from: f64, away: &[[f32; LANES]], limit: f32, offsets: &mut [[f64; LANES]]) {
+    let (column, away) = (column.as_flattened(), away.as_flattened());
+    for ((offset, v), away) in offsets.as_flattened_mut().iter_mut().zip(column).zip(away) {
+        *offset = if *away <= limit { f64::from(*v) - from } else { 0.0 };
     }
 }
 
 #[inline(always)]
-fn halves(column: &[[f32; LANES]]) -> &[[f32; SUMMED]] {
-    column.as_flattened().as_chunks().0
+fn summed(n: u32, [xs, ys, zs]: [&[[f64; LANES]]; 3]) -> Scatter {
+    Scatter {
+        n: f64::from(n),
+        sum: Vector3::new(sum(xs), sum(ys), sum(zs)),
+        squares: OuterSum::of([
+            products(xs, xs),
+            products(xs, ys),
+            products(xs, zs),
+            products(ys, ys),
+            products(ys, zs),
+            products(zs, zs),
+        ]),
+    }
+}
+
+#[inline(always)]
+fn sum(a: &[[f64; LANES]]) -> f64 {
+    let mut sums = [0.0; LANES];
+    for a in a {
+        for lane in 0..LANES {
+            sums[lane] += a[lane];
+        }
+    }
+    across(sums)
+}
+
+#[inline(always)]
+fn products(a: &[[f64; LANES]], b: &[[f64; LANES]]) -> f64 {
+    let mut sums = [0.0; LANES];
+    for (a, b) in a.iter().zip(b) {
+        for lane in 0..LANES {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    across(sums)
+}
+
+#[inline(always)]
+fn across(mut sums: [f64; LANES]) -> f64 {
+    let mut width = LANES / 2;
+    while width > 0 {
+        for lane in 0..width {
+            sums[lane] += sums[lane + width];
+        }
+        width /= 2;
+    }
+    sums[0]
 }

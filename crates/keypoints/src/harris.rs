@@ -7,7 +7,7 @@ use crate::{Detector, Keypoint, Ties, local_maxima};
 use congruent_geometry::{
     Length, Neighborhood, OuterSum, PointNormal, RadiusSearch, Surface, estimate_normals, sorted_eigen, wide,
 };
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -133,7 +133,7 @@ impl Harris {
 
     fn response_at(&self, surface: &Surface, around: &RadiusSearch<'_>, normals: &[PointNormal], i: usize) -> f64 {
         if self.response == HarrisResponse::Curvature {
-            return surface_variation(surface, around, i);
+            return f64::from(normals[i].curvature);
         }
         mean_of_squares(surface, around, normals, i).map_or(0.0, |m| self.response.of(&m))
     }
@@ -171,34 +171,6 @@ fn mean_of_squares(
         }
     });
     (count > 0).then(|| squares.matrix() / f64::from(count))
-}
-
-/// Smaller shares of the largest spread are rounding.
-const ROUNDING: f64 = 1e-13;
-/// Points whose second spread is below this share are on a line, which has no surface.
-const LINE: f64 = 1e-12;
-
-/// λ0 / (λ0 + λ1 + λ2) of the points around; zero where there is no surface. That of a [`PointNormal`] has fewer digits: on a nearly
-/// even surface they would decide who is a maximum.
-fn surface_variation(surface: &Surface, around: &RadiusSearch<'_>, i: usize) -> f64 {
-    let centre = wide(surface.points()[i]);
-    let (mut squares, mut sum, mut n) = (OuterSum::default(), Vector3::zeros(), 0.0);
-    around.visit(&surface.points()[i], |near| {
-        let offset = wide(surface.points()[near.index as usize]) - centre;
-        squares.add(&offset, 1.0);
-        sum += offset;
-        n += 1.0;
-    });
-    if n < 3.0 {
-        return 0.0;
-    }
-    let mean: Vector3<f64> = sum / n;
-    let [least, middle, largest] = sorted_eigen(&(squares.matrix() / n - mean * mean.transpose())).values;
-    if middle <= LINE * largest || least <= ROUNDING * largest {
-        return 0.0;
-    }
-    // What differs by rounding only is to be equal.
-    f64::from((least / (least + middle + largest)) as f32)
 }
 
 #[cfg(test)]

@@ -51,18 +51,7 @@ impl Rows {
         }
     }
 
-    #[inline(always)]
-    fn residual_sq(&self, p: [f32; 3], q: [f32; 3]) -> f32 {
-        let [x, y, z]: [f32; 3] = std::array::from_fn(|row| {
-            let [a, b, c] = self.linear[row];
-            a * p[0] + (b * p[1] + (c * p[2] + (self.shift[row] - q[row])))
-        });
-        x * x + (y * y + z * z)
-    }
-}
-
-/// Of [`LANES`] pairs, a row of the pose after the other: so each of its numbers is fetched once for all.
-impl Rows {
+    /// Squared residuals of [`LANES`] pairs, a row of the pose after the other: so each of its numbers is fetched once for all.
     #[inline(always)]
     fn residuals_sq(&self, p: [&[f32; LANES]; 3], [qx, qy, qz]: [&[f32; LANES]; 3]) -> [f32; LANES] {
         let z = self.along(2, p, qz);
@@ -139,12 +128,15 @@ impl Evidence {
 /// Compiled like [`total`], with the same bits.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 fn fill(pose: &Rows, evidence: &Evidence, residuals_sq: &mut [f32]) {
-    let n = residuals_sq.len();
-    let ([px, py, pz], [qx, qy, qz]) =
-        (evidence.source.each_ref().map(|axis| &axis[..n]), evidence.target.each_ref().map(|axis| &axis[..n]));
-    for i in 0..n {
-        residuals_sq[i] = pose.residual_sq([px[i], py[i], pz[i]], [qx[i], qy[i], qz[i]]);
+    let [px, py, pz] = evidence.source.each_ref().map(|axis| axis.as_chunks::<LANES>());
+    let [qx, qy, qz] = evidence.target.each_ref().map(|axis| axis.as_chunks::<LANES>());
+    let (blocks, rest) = residuals_sq.as_chunks_mut::<LANES>();
+    for (b, block) in blocks.iter_mut().enumerate() {
+        *block = pose.residuals_sq([&px.0[b], &py.0[b], &pz.0[b]], [&qx.0[b], &qy.0[b], &qz.0[b]]);
     }
+    let (p, q) = ([padded(px.1), padded(py.1), padded(pz.1)], [padded(qx.1), padded(qy.1), padded(qz.1)]);
+    let last = pose.residuals_sq([&p[0], &p[1], &p[2]], [&q[0], &q[1], &q[2]]);
+    rest.copy_from_slice(&last[..rest.len()]);
 }
 
 #[cfg(test)]

@@ -1,12 +1,8 @@
-//! Where a scan was taken from, estimated from its points alone.
-//!
-//! A surface that was seen from one side hides nothing from there, its normals can all be turned towards there without
-//! tearing neighbours apart, and they look there on average. That settles an axis. Its sign is settled by convexity:
-//! scanned things bulge towards the scanner on the whole. What does not fit a far viewpoint is tried with near ones (a
-//! room seen from within), and what fits none is taken for a closed model.
+//! What a viewpoint costs: edges whose normals it would turn apart, points that it could not have seen, and how little the surface
+//! faces it; and the search for the one that costs least.
 
-use crate::dome::{self, look_around, sides_around};
-use crate::screen::{Columns, Screen, columns, face_along, project};
+use super::dome::{self, look_around, sides_around};
+use super::screen::{Columns, Screen, columns, face_along, project};
 use crate::{Neighbor, NeighborIndex, Point, RadiusSearch, narrow, random::Stream, wide};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -15,65 +11,10 @@ use rayon::prelude::*;
 const DIRECTIONS: usize = 128;
 /// Rings of refinement around the best directions, radians.
 const RINGS: [f64; 3] = [0.14, 0.08, 0.04];
-/// Shares of torn edges and of hidden points that a scan seen from one side stays below (measured on 92 scans).
-const ONE_SIDE_TORN: f64 = 0.004;
-const ONE_SIDE_HIDDEN: f64 = 0.1;
-/// Mean convexity below which its sign says nothing.
-const SURE_CONVEXITY: f64 = 0.012;
 /// Near viewpoints are tried at these multiples of the cloud's radius from its middle.
 const NEAR_DISTANCES: [f64; 8] = [0.15, 0.35, 0.6, 0.9, 1.3, 1.8, 2.5, 4.0];
 const NEAR_DIRECTIONS: usize = 48;
 const NEAR_STEPS: usize = 80;
-/// A near viewpoint that costs more than this explains nothing.
-const NEAR_COST: f64 = -0.03;
-/// The far viewpoint of a scan seen from one side, in radii of the cloud.
-const FAR: f64 = 30.0;
-
-/// What a scan looks like from where it was taken.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ViewKind {
-    /// Seen from one side: a range scan of an object.
-    OneSide,
-    /// Seen from a near viewpoint, or from within.
-    Near,
-    /// No single viewpoint explains it: a complete model, or fused scans.
-    Closed,
-}
-
-/// An estimated viewpoint.
-#[derive(Clone, Copy, Debug)]
-pub struct View {
-    /// Which case.
-    pub kind: ViewKind,
-    /// Centred coordinates; meaningless for `Closed`.
-    pub viewpoint: Vector3<f64>,
-    /// Whether the sign (towards or away) can be relied on.
-    pub sure: bool,
-}
-
-/// Estimates the viewpoint of points with unsigned normals; `unit` is the working length, about half the distance
-/// between neighbours.
-#[must_use]
-pub fn estimate_view(points: &[Point], normals: &[Point], index: &NeighborIndex, unit: f64) -> View {
-    let cloud = Cloud::new(points, normals, index, unit);
-    let (direction, torn, hidden) = cloud.best_axis();
-    let convexity = cloud.convexity(|i| wide(normals[i]).dot(&direction) >= 0.0);
-    let towards = if convexity < 0.0 { -direction } else { direction };
-    let one_side = View {
-        kind: ViewKind::OneSide,
-        viewpoint: cloud.middle + towards * (FAR * cloud.radius),
-        sure: convexity.abs() >= SURE_CONVEXITY,
-    };
-    let nearly = torn < 2.0 * ONE_SIDE_TORN && one_side.sure;
-    if hidden < ONE_SIDE_HIDDEN && (torn < ONE_SIDE_TORN || nearly) {
-        return one_side;
-    }
-    let (viewpoint, cost) = cloud.best_near();
-    if cost > NEAR_COST {
-        return View { kind: ViewKind::Closed, viewpoint, sure: false };
-    }
-    View { kind: ViewKind::Near, viewpoint, sure: (viewpoint - cloud.middle).norm() > cloud.radius }
-}
 
 /// Two neighbours whose normals are nearly parallel, and whether they point the same way as they are stored.
 struct Edge {
@@ -87,7 +28,8 @@ const EDGES: usize = 6;
 /// Every third point and edge suffices to compare directions.
 const STRIDE: usize = 3;
 
-struct Cloud<'a> {
+/// Points with unsigned normals, and what a viewpoint has to explain.
+pub(super) struct Cloud<'a> {
     points: &'a [Point],
     normals: &'a [Point],
     index: &'a NeighborIndex,
@@ -100,9 +42,9 @@ struct Cloud<'a> {
     few_normals: Columns,
     /// n·p of every point.
     planes: Vec<f32>,
-    middle: Vector3<f64>,
+    pub(super) middle: Vector3<f64>,
     /// Distance of the farthest point from the middle.
-    radius: f64,
+    pub(super) radius: f64,
 }
 
 /// What a thread uses again from direction to direction.
@@ -144,7 +86,7 @@ fn mean(values: &[f32]) -> f64 {
 }
 
 impl<'a> Cloud<'a> {
-    fn new(points: &'a [Point], normals: &'a [Point], index: &'a NeighborIndex, unit: f64) -> Self {
+    pub(super) fn new(points: &'a [Point], normals: &'a [Point], index: &'a NeighborIndex, unit: f64) -> Self {
         let middle = points.iter().map(|p| wide(*p)).sum::<Vector3<f64>>() / points.len().max(1) as f64;
         let radius = points.iter().map(|p| (wide(*p) - middle).norm()).fold(0.0, f64::max);
         let search = RadiusSearch::among(points, index, EDGE_REACH * unit);
@@ -177,7 +119,7 @@ impl<'a> Cloud<'a> {
     }
 
     /// The axis of least cost, its torn edges and its hidden points.
-    fn best_axis(&self) -> (Vector3<f64>, f64, f64) {
+    pub(super) fn best_axis(&self) -> (Vector3<f64>, f64, f64) {
         let cost = |workplace: &mut Workplace, d: &Vector3<f64>| {
             let (torn, hidden, facing) = self.axis_terms(workplace, d, &self.few, STRIDE);
             torn + hidden - 0.1 * facing
@@ -240,7 +182,7 @@ impl<'a> Cloud<'a> {
 
     /// Mean of −(m·n)/8 units, `m` the mean offset of the neighbours: above zero for bulges. `keep` says whether the
     /// stored normal of a point is turned to the assumed side already.
-    fn convexity(&self, keep: impl Fn(usize) -> bool + Sync) -> f64 {
+    pub(super) fn convexity(&self, keep: impl Fn(usize) -> bool + Sync) -> f64 {
         let reach = 8.0 * self.unit;
         let search = RadiusSearch::among(self.points, self.index, reach);
         let bulge = |i: usize| {
@@ -258,7 +200,7 @@ impl<'a> Cloud<'a> {
     }
 
     /// The near viewpoint of least cost, and the cost.
-    fn best_near(&self) -> (Vector3<f64>, f64) {
+    pub(super) fn best_near(&self) -> (Vector3<f64>, f64) {
         let around = NEAR_DISTANCES.iter().flat_map(|z| sphere(NEAR_DIRECTIONS).map(move |d| d * *z));
         let candidates: Vec<Vector3<f64>> =
             std::iter::once(Vector3::zeros()).chain(around).map(|offset| self.middle + offset * self.radius).collect();
@@ -318,7 +260,7 @@ fn refine_direction(
 }
 
 /// `n` directions, evenly spread (a golden spiral).
-fn sphere(n: usize) -> impl Iterator<Item = Vector3<f64>> {
+pub(super) fn sphere(n: usize) -> impl Iterator<Item = Vector3<f64>> {
     (0..n).map(move |i| {
         let z = 1.0 - (2.0 * i as f64 + 1.0) / n as f64;
         let angle = i as f64 * 2.399_963_229_728_653;
@@ -330,74 +272,4 @@ fn sphere(n: usize) -> impl Iterator<Item = Vector3<f64>> {
 fn perpendicular(d: &Vector3<f64>) -> Vector3<f64> {
     let aside = if d.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
     d.cross(&aside).normalize()
-}
-
-/// Turns normals towards a viewpoint.
-pub(crate) fn face(viewpoint: &Vector3<f64>, points: &[Point], normals: &mut [Point]) {
-    for (point, normal) in points.iter().zip(normals) {
-        if (viewpoint - wide(*point)).dot(&wide(*normal)) < 0.0 {
-            *normal = narrow(&-wide(*normal));
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Neighborhood, estimate_normals};
-
-    fn view_of(points: &[Point], unit: f64) -> View {
-        let index = NeighborIndex::new(points);
-        let normals: Vec<Point> =
-            estimate_normals(points, &index, Neighborhood::Nearest(20)).iter().map(|n| n.normal).collect();
-        estimate_view(points, &normals, &index, unit)
-    }
-
-    /// Points of a bumpy unit sphere, about 0.02 apart, for which `keep` holds.
-    fn bumpy(keep: impl Fn(&Vector3<f64>) -> bool) -> Vec<Point> {
-        let radius =
-            |d: &Vector3<f64>| 1.0 + 0.05 * (7.0 * d.x + 1.0).sin() * (6.0 * d.y).cos() + 0.04 * (9.0 * d.z).sin();
-        sphere(30_000).map(|d| d * radius(&d)).filter(keep).map(|p| narrow(&p)).collect()
-    }
-
-    #[test]
-    fn half_an_object_was_seen_from_its_side() {
-        for from in [Vector3::new(0.3, -0.5, 0.8).normalize(), Vector3::new(-0.9, 0.1, -0.4).normalize()] {
-            let view = view_of(&bumpy(|p| p.dot(&from) > 0.35), 0.01);
-            assert!(view.kind == ViewKind::OneSide && view.sure, "{view:?}");
-            let direction = view.viewpoint.normalize();
-            assert!(direction.dot(&from) > 0.9, "{direction} {from}");
-        }
-    }
-
-    #[test]
-    fn a_whole_object_was_seen_from_nowhere() {
-        let view = view_of(&bumpy(|_| true), 0.01);
-        assert!(view.kind != ViewKind::OneSide && !view.sure, "{view:?}");
-    }
-
-    #[test]
-    fn a_room_is_seen_from_within() {
-        // The inside of a box of 6 by 4 by 3, seen by a scanner in it.
-        let mut stream = Stream::new(8, 0);
-        let points: Vec<Point> = (0..20_000)
-            .map(|i| {
-                let mut p = [stream.between(0.0, 6.0), stream.between(0.0, 4.0), stream.between(0.0, 3.0)];
-                let axis = i % 3;
-                p[axis] = if stream.below(2) == 0 { 0.0 } else { [6.0, 4.0, 3.0][axis] };
-                p.map(|v| v as f32)
-            })
-            .collect();
-        let view = view_of(&points, 0.03);
-        assert!(view.kind == ViewKind::Near && !view.sure, "{view:?}");
-        assert!((0..3).all(|a| view.viewpoint[a] > 0.0 && view.viewpoint[a] < [6.0, 4.0, 3.0][a]), "{view:?}");
-    }
-
-    #[test]
-    fn few_points_do_not_matter() {
-        for n in 0..5 {
-            let points: Vec<Point> = (0..n).map(|i| [i as f32, (i * i) as f32, 0.0]).collect();
-            let _ = view_of(&points, 1.0);
-        }
-    }
 }

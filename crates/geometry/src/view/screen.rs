@@ -4,15 +4,15 @@ use crate::Point;
 use multiversion::multiversion;
 
 /// All x, all y and all z.
-pub(crate) type Columns = [Vec<f32>; 3];
+pub(super) type Columns = [Vec<f32>; 3];
 
-pub(crate) fn columns(points: &[Point]) -> Columns {
+pub(super) fn columns(points: &[Point]) -> Columns {
     [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect())
 }
 
 /// For each normal its n·d without a sign, and on which side of a plane across `d` it points.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw", "x86_64+avx2", "aarch64+neon"))]
-pub(crate) fn face_along([xs, ys, zs]: &Columns, d: Point, cosines: &mut [f32], sides: &mut [u8]) {
+pub(super) fn face_along([xs, ys, zs]: &Columns, d: Point, cosines: &mut [f32], sides: &mut [u8]) {
     for ((((side, cosine), x), y), z) in sides.iter_mut().zip(cosines).zip(xs).zip(ys).zip(zs) {
         let along = x * d[0] + y * d[1] + z * d[2];
         *cosine = along.abs();
@@ -21,20 +21,20 @@ pub(crate) fn face_along([xs, ys, zs]: &Columns, d: Point, cosines: &mut [f32], 
 }
 
 /// Where a cloud is seen from far along an axis.
-pub(crate) struct Screen {
+pub(super) struct Screen {
     /// To the right, up, and away from the viewer.
-    pub(crate) axes: [Point; 3],
-    pub(crate) middle: Point,
+    pub(super) axes: [Point; 3],
+    pub(super) middle: Point,
     /// Half of its width, data units.
-    pub(crate) half: f32,
-    pub(crate) per_pixel: f32,
+    pub(super) half: f32,
+    pub(super) per_pixel: f32,
     /// In pixels.
-    pub(crate) width: u32,
+    pub(super) width: u32,
 }
 
 /// For each point its pixel and how far it is behind the middle.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
-pub(crate) fn project([xs, ys, zs]: &Columns, screen: &Screen, pixels: &mut [u32], depths: &mut [f32]) {
+pub(super) fn project([xs, ys, zs]: &Columns, screen: &Screen, pixels: &mut [u32], depths: &mut [f32]) {
     let Screen { axes: [right, up, away], middle, half, per_pixel, width } = *screen;
     let dot = |a: Point, b: Point| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let last = (width - 1) as f32;

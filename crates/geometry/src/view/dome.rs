@@ -1,18 +1,18 @@
 //! What a cloud looks like from a viewpoint near to it, or within.
 
+use super::screen::Columns;
 use crate::Point;
-use crate::screen::Columns;
 use multiversion::multiversion;
 
 /// Pixels along a side of a face; there are six faces of a cube around the viewpoint.
 const FACE: i32 = 52;
 /// Pixels of all faces.
-pub(crate) const PIXELS: usize = (6 * FACE * FACE) as usize;
+pub(super) const PIXELS: usize = (6 * FACE * FACE) as usize;
 
 /// For each point, seen from a viewpoint, its pixel, its distance, and the cosine between its normal and the line of sight,
 /// without a sign.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
-pub(crate) fn look_around(
+pub(super) fn look_around(
     [xs, ys, zs]: &Columns,
     [nxs, nys, nzs]: &Columns,
     viewpoint: Point,
@@ -58,7 +58,7 @@ pub(crate) fn look_around(
 
 /// For each normal on which side of its plane a viewpoint is; `planes` are n·p of each point p.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw", "x86_64+avx2", "aarch64+neon"))]
-pub(crate) fn sides_around([xs, ys, zs]: &Columns, planes: &[f32], viewpoint: Point, sides: &mut [u8]) {
+pub(super) fn sides_around([xs, ys, zs]: &Columns, planes: &[f32], viewpoint: Point, sides: &mut [u8]) {
     for ((((side, x), y), z), plane) in sides.iter_mut().zip(xs).zip(ys).zip(zs).zip(planes) {
         *side = u8::from(x * viewpoint[0] + y * viewpoint[1] + z * viewpoint[2] >= *plane);
     }
@@ -68,7 +68,7 @@ pub(crate) fn sides_around([xs, ys, zs]: &Columns, planes: &[f32], viewpoint: Po
 mod tests {
     use super::*;
     use crate::random::Stream;
-    use crate::screen::columns;
+    use crate::view::screen::columns;
     use crate::wide;
 
     #[test]
