@@ -66,12 +66,24 @@ impl Rows {
 
     #[inline(always)]
     fn along(&self, row: usize, [px, py, pz]: [&[f32; LANES]; 3], q: &[f32; LANES]) -> [f32; LANES] {
-        let ([a, b, c], shift) = (self.linear[row], self.shift[row]);
         let mut along = [0.0; LANES];
         for lane in 0..LANES {
-            along[lane] = a * px[lane] + (b * py[lane] + (c * pz[lane] + (shift - q[lane])));
+            along[lane] = self.along_one(row, [px[lane], py[lane], pz[lane]], q[lane]);
         }
         along
+    }
+
+    #[inline(always)]
+    fn along_one(&self, row: usize, p: [f32; 3], q: f32) -> f32 {
+        let [a, b, c] = self.linear[row];
+        a * p[0] + (b * p[1] + (c * p[2] + (self.shift[row] - q)))
+    }
+
+    /// The same of one pair.
+    #[inline(always)]
+    fn residual_sq(&self, p: [f32; 3], q: [f32; 3]) -> f32 {
+        let (x, y, z) = (self.along_one(0, p, q[0]), self.along_one(1, p, q[1]), self.along_one(2, p, q[2]));
+        x * x + (y * y + z * z)
     }
 }
 
@@ -128,15 +140,14 @@ impl Evidence {
 /// Compiled like [`total`], with the same bits.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 fn fill(pose: &Rows, evidence: &Evidence, residuals_sq: &mut [f32]) {
-    let [px, py, pz] = evidence.source.each_ref().map(|axis| axis.as_chunks::<LANES>());
-    let [qx, qy, qz] = evidence.target.each_ref().map(|axis| axis.as_chunks::<LANES>());
-    let (blocks, rest) = residuals_sq.as_chunks_mut::<LANES>();
-    for (b, block) in blocks.iter_mut().enumerate() {
-        *block = pose.residuals_sq([&px.0[b], &py.0[b], &pz.0[b]], [&qx.0[b], &qy.0[b], &qz.0[b]]);
+    let n = residuals_sq.len();
+    let [px, py, pz] = &evidence.source;
+    let [qx, qy, qz] = &evidence.target;
+    let (px, py, pz) = (&px[..n], &py[..n], &pz[..n]);
+    let (qx, qy, qz) = (&qx[..n], &qy[..n], &qz[..n]);
+    for i in 0..n {
+        residuals_sq[i] = pose.residual_sq([px[i], py[i], pz[i]], [qx[i], qy[i], qz[i]]);
     }
-    let (p, q) = ([padded(px.1), padded(py.1), padded(pz.1)], [padded(qx.1), padded(qy.1), padded(qz.1)]);
-    let last = pose.residuals_sq([&p[0], &p[1], &p[2]], [&q[0], &q[1], &q[2]]);
-    rest.copy_from_slice(&last[..rest.len()]);
 }
 
 #[cfg(test)]
