@@ -103,6 +103,8 @@ struct Agreement {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Counts {
     pub(crate) points: [usize; 2],
+    #[serde(default)]
+    pub(crate) strays: [usize; 2],
     pub(crate) sampled: [usize; 2],
     pub(crate) keypoints: [usize; 2],
     pub(crate) described: [usize; 2],
@@ -117,6 +119,7 @@ impl From<&congruent_pipeline::Counts> for Counts {
         let two = |pair: Pair<usize>| [pair.source, pair.target];
         Counts {
             points: two(counts.points),
+            strays: two(counts.strays),
             sampled: two(counts.sampled),
             keypoints: two(counts.keypoints),
             described: two(counts.described),
@@ -199,9 +202,13 @@ impl Report {
             line("reason", reason.clone());
         }
         let c = &self.counts;
+        let strays = match c.strays {
+            [0, 0] => String::new(),
+            [source, target] => format!(", of them {source} and {target} strays left out"),
+        };
         line(
             "points",
-            format!("{} and {}, sampled to {} and {}", c.points[0], c.points[1], c.sampled[0], c.sampled[1]),
+            format!("{} and {}{strays}, sampled to {} and {}", c.points[0], c.points[1], c.sampled[0], c.sampled[1]),
         );
         line("keypoints", format!("{} and {}", c.described[0], c.described[1]));
         line(

@@ -13,12 +13,18 @@ use std::ops::Range;
 const EXACT_UP_TO: usize = 200_000;
 /// Larger ones at this many points, drawn evenly.
 const SAMPLED_AT: usize = 50_000;
+/// So many medians away from all others a point is lonely.
+const LONELY: f64 = 3.0;
 
 /// Mean distance from a point to its nearest other point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resolution {
     /// In data units.
     pub mean: f64,
+    /// The median of the same distances, data units.
+    pub median: f64,
+    /// The share of points whose nearest other one is farther than three medians.
+    pub lonely: f64,
     /// Of the mean; zero where every point was measured.
     pub standard_error: f64,
 }
@@ -41,7 +47,7 @@ pub fn resolution_at(points: &[Point], index: &NeighborIndex, queries: usize) ->
         Some(spaced) => spaced.nearest_others(&asked),
         None => asked.par_iter().filter_map(|&i| nearest_other(points, index, i)).collect(),
     };
-    mean(&distances, points.len() <= queries)
+    measured(distances, points.len() <= queries)
 }
 
 /// The same where there is no index; for few queries it is cheaper than to build one.
@@ -49,7 +55,7 @@ pub fn resolution_at(points: &[Point], index: &NeighborIndex, queries: usize) ->
 pub fn resolution_sampled(points: &[Point], queries: usize) -> Option<Resolution> {
     let distances_sq = nearest_others_sq(points, &drawn(points.len(), queries));
     let finite = distances_sq.into_iter().filter(|distance_sq| distance_sq.is_finite());
-    mean(&finite.map(|distance_sq| f64::from(distance_sq).sqrt()).collect::<Vec<_>>(), points.len() <= queries)
+    measured(finite.map(|distance_sq| f64::from(distance_sq).sqrt()).collect(), points.len() <= queries)
 }
 
 fn drawn(n: usize, queries: usize) -> Vec<u32> {
@@ -60,12 +66,18 @@ fn drawn(n: usize, queries: usize) -> Vec<u32> {
     (0..queries).map(|_| stream.below(n as u32)).collect()
 }
 
-fn mean(distances: &[f64], is_exact: bool) -> Option<Resolution> {
+fn measured(mut distances: Vec<f64>, is_exact: bool) -> Option<Resolution> {
+    if distances.is_empty() {
+        return None;
+    }
     let n = distances.len() as f64;
     let mean = distances.iter().sum::<f64>() / n;
     let variance = distances.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / n;
     let standard_error = if is_exact { 0.0 } else { (variance / n).sqrt() };
-    (mean > 0.0).then_some(Resolution { mean, standard_error })
+    let half = distances.len() / 2;
+    let median = *distances.select_nth_unstable_by(half, f64::total_cmp).1;
+    let lonely = distances.iter().filter(|d| **d > LONELY * median).count() as f64 / n;
+    (mean > 0.0).then_some(Resolution { mean, median, lonely, standard_error })
 }
 
 fn nearest_other(points: &[Point], index: &NeighborIndex, i: u32) -> Option<f64> {
@@ -159,7 +171,7 @@ mod tests {
         let points = grid(30, 1.0);
         assert_eq!(
             resolution(&points, &NeighborIndex::new(&points)).unwrap(),
-            Resolution { mean: 1.0, standard_error: 0.0 }
+            Resolution { mean: 1.0, median: 1.0, lonely: 0.0, standard_error: 0.0 }
         );
     }
 
@@ -194,7 +206,7 @@ mod tests {
         points.extend((0..60).map(|i| [40.0 + 9.0 * i as f32, 80.0, -3.0 * i as f32]));
         let index = NeighborIndex::new(&points);
         let by_tree: Vec<f64> = (0..points.len() as u32).filter_map(|i| nearest_other(&points, &index, i)).collect();
-        assert_eq!(resolution(&points, &index), mean(&by_tree, true));
+        assert_eq!(resolution(&points, &index), measured(by_tree, true));
     }
 
     #[test]

@@ -147,6 +147,22 @@ impl Scan {
         self.dropped
     }
 
+    /// The same scan, around the same origin, of the points for which `kept` holds, and of the triangles between them.
+    pub(crate) fn only(&self, kept: &[bool]) -> Scan {
+        let mut next = 0..;
+        let new_index: Vec<u32> =
+            kept.iter().map(|kept| if *kept { next.next().unwrap_or(u32::MAX) } else { u32::MAX }).collect();
+        let of = |all: &[Point]| all.iter().zip(kept).filter(|(_, kept)| **kept).map(|(point, _)| *point).collect();
+        Scan {
+            origin: self.origin,
+            points: of(&self.points),
+            normals: self.normals.as_deref().map(of),
+            triangles: self.triangles.iter().filter_map(|t| renumbered(t, &new_index)).collect(),
+            viewpoint: self.viewpoint,
+            dropped: self.dropped,
+        }
+    }
+
     /// Side lengths of the bounding box.
     #[must_use]
     pub fn extent(&self) -> Vector3<f64> {

@@ -4,7 +4,7 @@ use crate::memory::{Memory, Sampled, Search, Setting};
 use crate::preparation::sample;
 use crate::prior::Bounds;
 use crate::ranking::{Fields, Ranked, Ranking};
-use crate::refining::drawn_in;
+use crate::refining::{GUESS_RADIUS, drawn_in};
 use crate::stage::Clock;
 use crate::verdict::{Evident, Judgement, Significance};
 use crate::{
@@ -94,7 +94,14 @@ impl<'a> Chain<'a, '_> {
         let fields = self.fields(surfaces);
         let ranking = fields.as_ref().map(|(dense, fields)| self.ranking(dense, prepared, fields));
         let chosen = self.chosen(prepared, &trace.pool, ranking.as_ref());
-        Ok(self.judged(&chosen, prepared, &evidence, ranking.as_ref()))
+        let answer = self.judged(&chosen, prepared, &evidence, ranking.as_ref());
+        match (&chosen.ranked, &ranking) {
+            (Some(ranked), Some(ranking)) => {
+                self.memory.note(&self.config.sampling, self.signs, ranked);
+                self.sharpened(answer, ranked, ranking)
+            }
+            _ => Ok(answer),
+        }
     }
 
     /// Nothing where there are no signs to turn.
@@ -110,6 +117,7 @@ impl<'a> Chain<'a, '_> {
         };
         self.raw_resolution = sampled.raw_resolution;
         self.resolution = sampled.resolution;
+        self.counts.strays = sampled.strays;
         self.counts.sampled = sampled.prepared.surfaces.as_ref().map(|surface| surface.len());
         Ok(sampled.prepared.with_signs(self.signs))
     }
@@ -120,9 +128,10 @@ impl<'a> Chain<'a, '_> {
             .clock
             .time(Stage::Sampling, || sample(&[scans.source, scans.target], &config.sampling, config.normals.source))?;
         let (raw_resolution, resolution) = (sampled.raw_resolution, sampled.resolution);
+        let strays = Pair::of_two(sampled.strays);
         let both = self.clock.time(Stage::Normals, || stages::normals(sampled.clouds, config, resolution));
         let (surfaces, oriented) = Pair::of_two(both).unzip();
-        Ok(Sampled { prepared: Prepared { surfaces, oriented }, raw_resolution, resolution })
+        Ok(Sampled { prepared: Prepared { surfaces, oriented }, strays, raw_resolution, resolution })
     }
 
     fn described(&mut self, surfaces: &Pair<Surface>) -> (Pair<Vec<Keypoint>>, Pair<Features>) {
@@ -232,7 +241,7 @@ impl<'a> Chain<'a, '_> {
     fn chosen(&mut self, prepared: &Prepared, pool: &[Hypothesis], ranking: Option<&Ranking<'_>>) -> Chosen {
         let Some(ranking) = ranking else {
             let Refinement { target_from_source, uncertainty, .. } =
-                self.refined(prepared, &pool[0].target_from_source);
+                self.refined(&prepared.surfaces, &pool[0].target_from_source, self.resolution);
             return Chosen { target_from_source, uncertainty, ranked: None, others: Vec::new() };
         };
         let poses: Vec<RigidTransform> = pool.iter().map(|h| h.target_from_source).collect();
@@ -243,7 +252,7 @@ impl<'a> Chain<'a, '_> {
             self.memory.orders.keep(search, &order);
             ranked
         });
-        let refined = self.refined(prepared, &ranked[0].target_from_source);
+        let refined = self.refined(&prepared.surfaces, &ranked[0].target_from_source, self.resolution);
         let kept = ranking.judge(&refined.target_from_source);
         Chosen {
             target_from_source: kept.target_from_source,
@@ -255,11 +264,10 @@ impl<'a> Chain<'a, '_> {
 
     /// The surfaces, laid on each other exactly; the start where that leads out of bounds. The centroids of a grid have
     /// seen all points, and less noise than any of them.
-    fn refined(&mut self, prepared: &Prepared, pose: &RigidTransform) -> Refinement {
-        let refiner = self.config.refinement.build(self.resolution, self.bounds.freedom());
-        let Pair { source, target } = &prepared.surfaces;
-        let refined = self.clock.time(Stage::Refinement, || refiner.refine(source, target, pose));
-        match self.bounds.admitted(&refined.target_from_source, self.resolution) {
+    pub(crate) fn refined(&mut self, surfaces: &Pair<Surface>, pose: &RigidTransform, resolution: f64) -> Refinement {
+        let refiner = self.config.refinement.build(resolution, self.bounds.freedom());
+        let refined = self.clock.time(Stage::Refinement, || refiner.refine(&surfaces.source, &surfaces.target, pose));
+        match self.bounds.admitted(&refined.target_from_source, resolution) {
             Some(target_from_source) => Refinement { target_from_source, ..refined },
             None => Refinement { target_from_source: *pose, uncertainty: None, ..refined },
         }
@@ -339,7 +347,8 @@ impl<'a> Chain<'a, '_> {
     ) {
         let (config, resolution) = (self.config, self.resolution);
         for close in std::mem::take(&mut judgement.rivals) {
-            let ranked = ranking.judge(&self.refined(prepared, &close.target_from_source).target_from_source);
+            let refined = self.refined(&prepared.surfaces, &close.target_from_source, resolution);
+            let ranked = ranking.judge(&refined.target_from_source);
             if std::iter::once(answer).chain(&judgement.rivals).any(|known| !ranking.apart(&ranked, known)) {
                 continue;
             }
@@ -366,19 +375,20 @@ pub(crate) struct Chosen {
 /// The guess drawn in, then the guess as it is, where there is one.
 fn guessed(bounds: &Bounds, surfaces: &Pair<Surface>, resolution: f64) -> Vec<RigidTransform> {
     let Some(guess) = bounds.guess() else { return Vec::new() };
-    let drawn = bounds.admitted(&drawn_in(surfaces, &guess, bounds.freedom(), resolution), resolution);
+    let drawn = bounds
+        .admitted(&drawn_in(surfaces, &guess, GUESS_RADIUS * resolution, bounds.freedom(), resolution), resolution);
     drawn.into_iter().chain([guess]).collect()
 }
 
 impl Prepared {
     /// With the signs that an attempt asks for; nothing where there is nothing to turn.
-    fn with_signs(self, signs: Signs) -> Option<Self> {
+    pub(crate) fn with_signs(self, signs: Signs) -> Option<Self> {
         let turned = signs.turned(&self.oriented)?;
         let turn = |(surface, turned): (Surface, bool)| if turned { surface.flipped() } else { surface };
         Some(Prepared { surfaces: self.surfaces.zip(turned).into_map(turn), ..self })
     }
 
-    fn trusted_viewpoints(&self) -> Pair<Option<Vector3<f64>>> {
+    pub(crate) fn trusted_viewpoints(&self) -> Pair<Option<Vector3<f64>>> {
         self.oriented.map(|oriented| oriented.viewpoint.filter(|_| oriented.sure))
     }
 }

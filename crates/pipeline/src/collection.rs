@@ -7,7 +7,7 @@
 //! and a scan is described for it (or with its normals turned) only when a pair asks.
 
 use crate::chain::{Chain, Prepared, Proposals};
-use crate::memory::Memory;
+use crate::memory::{Memory, Sampled};
 use crate::preparation::sample;
 use crate::prior::Bounds;
 use crate::register::{Attempt, escalated};
@@ -62,6 +62,8 @@ pub struct DescribedScan {
 }
 
 struct Described {
+    /// Points that were left out because they hang alone.
+    strays: usize,
     surface: Surface,
     oriented: Oriented,
     keypoints: Vec<Keypoint>,
@@ -114,6 +116,7 @@ impl Collection {
     fn described(&self, scan: &Scan, variant: Variant) -> Result<Described, Failure> {
         let (config, resolution) = (&self.config, self.resolutions[variant.budget]);
         let sampled = sample(&[scan], &self.sampling(variant.budget), config.normals.source)?;
+        let strays = sampled.strays.iter().sum();
         let (surface, oriented) =
             stages::normals(sampled.clouds, config, resolution).pop().expect("one surface for one scan");
         let surface = if variant.turned { surface.flipped() } else { surface };
@@ -122,19 +125,20 @@ impl Collection {
         let descriptor = descriptors(config)[variant.descriptor].clone();
         let config = PipelineConfig { descriptor, ..config.clone() };
         let features = stages::describe(&surface, &points, &config, resolution);
-        Ok(Described { surface, oriented, keypoints, features })
+        Ok(Described { strays, surface, oriented, keypoints, features })
     }
 
     /// The grid that all scans share, in data units.
-    fn sampling(&self, budget: usize) -> SamplingConfig {
+    fn sampling(&self, position: usize) -> SamplingConfig {
         match &self.config.sampling {
             SamplingConfig::None {} => SamplingConfig::None {},
             SamplingConfig::VoxelGrid(grid) => SamplingConfig::VoxelGrid(VoxelGridConfig {
                 leaf: Length::Units(grid.leaf.resolve(self.raw_resolution)),
             }),
-            SamplingConfig::Budget(_) => SamplingConfig::Budget(BudgetConfig {
-                leaf: Length::Units(2.0 * self.resolutions[budget]),
+            SamplingConfig::Budget(budget) => SamplingConfig::Budget(BudgetConfig {
+                leaf: Length::Units(2.0 * self.resolutions[position]),
                 max_points: usize::MAX,
+                strays: budget.strays,
             }),
         }
     }
@@ -194,11 +198,17 @@ impl Collection {
         let mut chain = Chain { config, bounds, proposals, memory, clock, signs, counts, raw_resolution, resolution };
         let mut trace = Trace::default();
         let outcome = described(&scans).and_then(|both| {
+            chain.counts.strays = both.map(|scan| scan.strays);
             chain.counts.sampled = both.map(|scan| scan.surface.len());
             chain.counts.keypoints = both.map(|scan| scan.keypoints.len());
             chain.counts.described = both.map(|scan| scan.features.len());
             let prepared =
                 Prepared { surfaces: both.map(|scan| scan.surface.clone()), oriented: both.map(|scan| scan.oriented) };
+            if signs == Signs::Kept {
+                let strays = chain.counts.strays;
+                let sampled = Sampled { prepared: prepared.clone(), strays, raw_resolution, resolution };
+                chain.memory.prepared.keep(config.sampling.clone(), &sampled);
+            }
             trace.features = both.map(|scan| scan.features.clone());
             chain.answered(&prepared, &mut trace)
         });
@@ -318,7 +328,7 @@ mod tests {
 
     #[test]
     fn each_budget_of_the_escalation_is_listed_once() {
-        assert_eq!(samplings(&PipelineConfig::default()).len(), 2);
+        assert_eq!(samplings(&PipelineConfig::default()).len(), 3);
         let none = PipelineConfig { sampling: SamplingConfig::None {}, ..PipelineConfig::default() };
         assert_eq!(samplings(&none), [SamplingConfig::None {}]);
     }

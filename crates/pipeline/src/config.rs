@@ -6,7 +6,9 @@ mod preparation;
 pub use choice::{
     AContrarioConfig, DenseConfig, DenseVerdictConfig, EscalationStep, PoolConfig, RankingConfig, Signs, VerdictConfig,
 };
-pub use preparation::{BudgetConfig, NeighborhoodConfig, NormalSource, NormalsConfig, SamplingConfig, VoxelGridConfig};
+pub use preparation::{
+    BudgetConfig, NeighborhoodConfig, NormalSource, NormalsConfig, SamplingConfig, Strays, VoxelGridConfig,
+};
 
 use congruent_descriptors::{DescriptorConfig, FpfhConfig, FpfhVariant, FrameConfig, ShotConfig, ToldiFrameConfig};
 use congruent_estimators::{EstimatorConfig, PivotsConfig};
@@ -89,7 +91,8 @@ fn quick() -> EscalationStep {
     EscalationStep { refined: Some(10), ..EscalationStep::default() }
 }
 
-/// More points and poses, other radii, another descriptor, and at last the other side of unsure normals.
+/// Few points, which noise is averaged out of; other radii; more points and poses; another descriptor; and at last the other
+/// side of unsure normals.
 fn escalation() -> Vec<EscalationStep> {
     let fpfh = |radius: f64| {
         DescriptorConfig::Fpfh(FpfhConfig { radius: Length::Resolutions(radius), variant: FpfhVariant::Open3d })
@@ -97,6 +100,7 @@ fn escalation() -> Vec<EscalationStep> {
     let by =
         |descriptor: DescriptorConfig| EscalationStep { descriptor: Some(descriptor), ..EscalationStep::default() };
     vec![
+        EscalationStep { max_points: Some(2000), ..EscalationStep::default() },
         by(fpfh(22.0)),
         EscalationStep { max_points: Some(25_000), poses: Some(500), refined: Some(100), ..EscalationStep::default() },
         by(fpfh(10.0)),

@@ -29,6 +29,11 @@ pub enum Failure {
         "no three correspondences span a triangle in both scans: the matches are too few or lie on a line; more overlap or another detector may help"
     )]
     NoHypothesis,
+    /// What was found on few points is not what more of them show.
+    #[error(
+        "few points of the scans fit in one way, more of them better in another; more overlap or a rough pose to start from may help"
+    )]
+    Contradicted,
     /// The best pose is no better than chance.
     #[error(
         "the best pose has {inliers} inliers of {matches} correspondences, no more than chance explains ({expected:.1} expected, {log10_false_alarms:+.1} powers of ten false alarms); more overlap, more iterations or another preset may help"

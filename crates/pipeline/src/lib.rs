@@ -16,6 +16,7 @@ mod refine;
 mod refining;
 mod register;
 mod registration;
+mod sharpening;
 mod stage;
 pub mod stages;
 mod trace;
@@ -24,7 +25,8 @@ mod verdict;
 pub use collection::{Collection, DescribedScan, ScanSummary, Variant};
 pub use config::{
     AContrarioConfig, BudgetConfig, DenseConfig, DenseVerdictConfig, EscalationStep, NeighborhoodConfig, NormalSource,
-    NormalsConfig, PipelineConfig, PoolConfig, RankingConfig, SamplingConfig, Signs, VerdictConfig, VoxelGridConfig,
+    NormalsConfig, PipelineConfig, PoolConfig, RankingConfig, SamplingConfig, Signs, Strays, VerdictConfig,
+    VoxelGridConfig,
 };
 pub use failure::Failure;
 pub use pair::Pair;

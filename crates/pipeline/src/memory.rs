@@ -1,7 +1,7 @@
 //! What the attempts at one pair share: a stage whose settings are the same is not run again.
 
 use crate::chain::Prepared;
-use crate::ranking::{Fields, Order};
+use crate::ranking::{Fields, Order, Ranked};
 use crate::stages::Pool;
 use crate::{Pair, PipelineConfig, SamplingConfig, Signs};
 use congruent_descriptors::{DescriptorConfig, Features};
@@ -20,12 +20,16 @@ pub(crate) struct Memory {
     pub(crate) matches: Known<Setting, Vec<Correspondence>>,
     pub(crate) pools: Known<Search, Pool>,
     pub(crate) orders: Known<Search, Order>,
+    /// The answer that the surfaces liked best.
+    pub(crate) best: Known<(SamplingConfig, Signs), Ranked>,
 }
 
 /// Surfaces and the lengths that go with them.
 #[derive(Clone)]
 pub(crate) struct Sampled {
     pub(crate) prepared: Prepared,
+    /// Points that were left out.
+    pub(crate) strays: Pair<usize>,
     pub(crate) raw_resolution: f64,
     pub(crate) resolution: f64,
 }
@@ -65,6 +69,21 @@ pub(crate) struct Known<K, V>(Vec<(K, V)>);
 impl<K, V> Default for Known<K, V> {
     fn default() -> Self {
         Known(Vec::new())
+    }
+}
+
+impl Memory {
+    /// The surfaces with the smallest resolution so far, and their sampling.
+    pub(crate) fn finest(&self) -> Option<&(SamplingConfig, Sampled)> {
+        self.prepared.0.iter().min_by(|(_, a), (_, b)| a.resolution.total_cmp(&b.resolution))
+    }
+
+    /// Keeps an answer unless there is a better one.
+    pub(crate) fn note(&mut self, sampling: &SamplingConfig, signs: Signs, ranked: &Ranked) {
+        let key = (sampling.clone(), signs);
+        if self.best.get(&key).is_none_or(|best| ranked.score.value() > best.score.value()) {
+            self.best.keep(key, ranked);
+        }
     }
 }
 

@@ -1,13 +1,15 @@
 //! From a scan to a surface: thinned, with normals.
 
 use crate::config::{BudgetConfig, NeighborhoodConfig};
-use crate::{Failure, NormalSource, NormalsConfig, SamplingConfig};
+use crate::{Failure, NormalSource, NormalsConfig, SamplingConfig, Strays};
 use congruent_geometry::{
-    NeighborIndex, Neighborhood, Orientation, Oriented, Point, Sample, Scan, Surface, estimate_normals, orient,
-    resolution, resolution_at, resolution_sampled, vertex_normals, voxel_centroids, voxel_count,
+    NeighborIndex, Neighborhood, Orientation, Oriented, Point, Resolution, Sample, Scan, Surface, estimate_normals,
+    orient, resolution, resolution_at, resolution_sampled, vertex_normals, voxel_centroids, voxel_count,
+    without_strays,
 };
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// Fewest neighbours that a normal is estimated from, where a radius finds fewer.
 const MIN_NEIGHBORS: usize = 6;
@@ -21,7 +23,9 @@ const CAUTION: f64 = 0.97;
 /// Thinned scans and the lengths that go with them, data units.
 pub(crate) struct Sampled {
     pub(crate) clouds: Vec<Cloud>,
-    /// Mean resolution of the scans as they came.
+    /// How many points of each were left out because they hang alone.
+    pub(crate) strays: Vec<usize>,
+    /// Mean resolution of the scans as they came, without strays.
     pub(crate) raw_resolution: f64,
     /// What `pr` means from here on.
     pub(crate) resolution: f64,
@@ -37,11 +41,25 @@ pub(crate) struct Cloud {
     resolution: f64,
 }
 
+/// A scan that is to be thinned.
+struct Measured<'a> {
+    /// Another one where strays were left out.
+    scan: Cow<'a, Scan>,
+    resolution: f64,
+}
+
 /// Thins all scans with the same grid.
 pub(crate) fn sample(scans: &[&Scan], config: &SamplingConfig, normals: NormalSource) -> Result<Sampled, Failure> {
     // The paper's chain measures every point; a budget only needs to know where to start.
-    let queries = if matches!(config, SamplingConfig::Budget(_)) { ESTIMATE_AT } else { usize::MAX };
-    let raw_resolution = mean(&each(scans, |scan| raw_resolution(scan, queries)));
+    let (queries, strays) = match config {
+        SamplingConfig::Budget(budget) => (ESTIMATE_AT, budget.strays),
+        SamplingConfig::None {} | SamplingConfig::VoxelGrid(_) => (usize::MAX, Strays::Kept),
+    };
+    let measured = each(scans, |scan| Measured::new(scan, queries, strays));
+    let strays =
+        scans.iter().zip(&measured).map(|(scan, left)| scan.points().len() - left.scan.points().len()).collect();
+    let raw_resolution = mean(&measured.iter().map(|measured| measured.resolution).collect::<Vec<_>>());
+    let scans = &measured.iter().map(|measured| measured.scan.as_ref()).collect::<Vec<&Scan>>();
     let given = each(scans, |scan| match normals {
         NormalSource::Estimated => None,
         NormalSource::Given => given_normals(scan),
@@ -62,7 +80,7 @@ pub(crate) fn sample(scans: &[&Scan], config: &SamplingConfig, normals: NormalSo
     // The first failure, not the one that happened first.
     let clouds = clouds.into_iter().collect::<Result<Vec<Cloud>, Failure>>()?;
     let resolution = unit.unwrap_or_else(|| mean(&clouds.iter().map(|cloud| cloud.resolution).collect::<Vec<_>>()));
-    Ok(Sampled { clouds, raw_resolution, resolution })
+    Ok(Sampled { clouds, strays, raw_resolution, resolution })
 }
 
 /// The same work for all, side by side where there are threads.
@@ -74,12 +92,26 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-fn raw_resolution(scan: &Scan, queries: usize) -> f64 {
+impl<'a> Measured<'a> {
+    fn new(scan: &'a Scan, queries: usize, strays: Strays) -> Self {
+        let measured = raw_resolution(scan, queries);
+        let cleaned = if strays == Strays::Dropped { without_strays(scan, &measured) } else { None };
+        match cleaned {
+            Some(cleaned) => {
+                let resolution = raw_resolution(&cleaned, queries).mean;
+                Measured { scan: Cow::Owned(cleaned), resolution }
+            }
+            None => Measured { scan: Cow::Borrowed(scan), resolution: measured.mean },
+        }
+    }
+}
+
+fn raw_resolution(scan: &Scan, queries: usize) -> Resolution {
     let measured = match queries {
         usize::MAX => resolution(scan.points(), &NeighborIndex::new(scan.points())),
         _ => resolution_sampled(scan.points(), queries),
     };
-    measured.expect("a scan has three distinct points").mean
+    measured.expect("a scan has three distinct points")
 }
 
 fn whole(scan: &Scan, normals: Option<Vec<Point>>) -> Sample {

@@ -1,31 +1,34 @@
-//! A rough guess, made good enough for the others to compete with.
+//! A rough pose, made exact from far to near.
 
 use crate::Pair;
 use congruent_geometry::{RigidTransform, Surface};
 use congruent_refinement::{Freedom, PointToPlane, Refiner, Schedule};
 
-/// How far a guess is looked around at first and at last, in `pr`.
-const GUESS_RADII: [f64; 2] = [15.0, 2.5];
-const GUESS_ROUNDS: usize = 30;
+/// How far a guess is looked around at first, in `pr`.
+pub(crate) const GUESS_RADIUS: f64 = 15.0;
+/// How far any pose is looked around at last, in `pr`.
+const END_RADIUS: f64 = 2.5;
+const ROUNDS: usize = 30;
 /// Points of the source that this uses in a round.
-const GUESS_POINTS: usize = 4000;
+const POINTS: usize = 4000;
 
-/// A rough guess, drawn in from far; itself where the surfaces touch less at the end.
+/// A rough pose, drawn in from as far as `radius` (data units); itself where the surfaces touch less at the end.
 pub(crate) fn drawn_in(
     surfaces: &Pair<Surface>,
-    guess: &RigidTransform,
+    rough: &RigidTransform,
+    radius: f64,
     freedom: Freedom,
     resolution: f64,
 ) -> RigidTransform {
     let schedule = Schedule {
-        start_radius: GUESS_RADII[0] * resolution,
-        end_radius: GUESS_RADII[1] * resolution,
-        scale: 0.5 * GUESS_RADII[1] * resolution,
-        rounds: GUESS_ROUNDS,
-        max_points: GUESS_POINTS,
+        start_radius: radius,
+        end_radius: END_RADIUS * resolution,
+        scale: 0.5 * END_RADIUS * resolution,
+        rounds: ROUNDS,
+        max_points: POINTS,
         min_normal_cosine: 0.5,
         tolerance: 0.02 * resolution,
         freedom,
     };
-    PointToPlane { schedule }.refine(&surfaces.source, &surfaces.target, guess).target_from_source
+    PointToPlane { schedule }.refine(&surfaces.source, &surfaces.target, rough).target_from_source
 }

@@ -21,6 +21,8 @@ pub enum Verdict {
 pub struct Counts {
     /// Points of the scans as they came, without the dropped ones.
     pub points: Pair<usize>,
+    /// Those of them that were left out as strays.
+    pub strays: Pair<usize>,
     /// Points after sampling.
     pub sampled: Pair<usize>,
     /// Keypoints with enough support.

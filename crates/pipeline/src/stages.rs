@@ -37,7 +37,8 @@ pub struct Prepared {
 /// # Panics
 /// For no scans.
 pub fn prepare(scans: &[&Scan], config: &PipelineConfig, resolution: Option<f64>) -> Result<Prepared, Failure> {
-    let Sampled { clouds, raw_resolution, resolution: own } = sample(scans, &config.sampling, config.normals.source)?;
+    let Sampled { clouds, raw_resolution, resolution: own, .. } =
+        sample(scans, &config.sampling, config.normals.source)?;
     let resolution = resolution.unwrap_or(own);
     let surfaces = normals(clouds, config, resolution).into_iter().map(|(surface, _)| surface).collect();
     Ok(Prepared { surfaces, raw_resolution, resolution })

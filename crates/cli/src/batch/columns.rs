@@ -47,8 +47,9 @@ type Two = fn(&Counts) -> [usize; 2];
 fn counts(counts: Option<&Counts>) -> Vec<(String, Cell<'static>)> {
     let count = |name: &str, of: &dyn Fn(&Counts) -> u64| (name.to_owned(), Cell::Count(counts.map(of)));
     let mut cells = Vec::new();
-    let twos: [(&str, Two); 4] = [
+    let twos: [(&str, Two); 5] = [
         ("points", |c| c.points),
+        ("strays", |c| c.strays),
         ("sampled", |c| c.sampled),
         ("keypoints", |c| c.keypoints),
         ("described", |c| c.described),

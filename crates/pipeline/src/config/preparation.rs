@@ -31,6 +31,19 @@ pub struct BudgetConfig {
     pub leaf: Length,
     /// Most points that a scan may keep, on the mean of the two.
     pub max_points: usize,
+    /// What is done with points that hang alone.
+    pub strays: Strays,
+}
+
+/// Points that hang alone: dust, reflections, what a scanner sees along an edge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Strays {
+    /// They stay.
+    Kept,
+    /// They are left out where they are many: see [`without_strays`](congruent_geometry::without_strays).
+    #[default]
+    Dropped,
 }
 
 /// Where normals come from. Descriptors need them with the same sign convention on both scans.
@@ -74,7 +87,7 @@ impl Default for VoxelGridConfig {
 
 impl Default for BudgetConfig {
     fn default() -> Self {
-        BudgetConfig { leaf: Length::Resolutions(2.0), max_points: 12_000 }
+        BudgetConfig { leaf: Length::Resolutions(2.0), max_points: 12_000, strays: Strays::Dropped }
     }
 }
 

@@ -1,0 +1,86 @@
+//! Points that hang alone: dust, reflections, and what a scanner sees along an edge.
+
+use crate::{OrderedPoints, Resolution, Scan};
+use rayon::prelude::*;
+
+/// So many spacings around a point of a surface …
+const RADIUS: f64 = 5.0;
+/// … there are so many other points at least: some seventy where it is seen as densely as elsewhere, so a tenth of that.
+const FEWEST: usize = 8;
+/// Fewer lonely points than this share are left where they are. Scans of objects without strays have at most 0.002.
+const FEW: f64 = 0.01;
+/// Where more points than this share are thin on the ground, what they stray from is not known.
+const MANY: f64 = 0.5;
+/// Of strays at least this share are lonely; of surfaces that are seen sparsely about a third to a half.
+const LONELY: f64 = 0.7;
+
+/// The scan without its strays; nothing where there are hardly any, or where they are most of it.
+///
+/// A stray has fewer than eight other points within five spacings, the spacing being the median distance between nearest
+/// neighbours, which strays hardly change. Of a scan whose density falls off with the distance, many points are like that,
+/// too; but strays are also lonely: the nearest other point of most of them is more than three spacings away.
+/// `measured` is of the scan.
+#[must_use]
+pub fn without_strays(scan: &Scan, measured: &Resolution) -> Option<Scan> {
+    if measured.lonely < FEW {
+        return None;
+    }
+    let radius = RADIUS * measured.median;
+    let ordered = OrderedPoints::new(scan.points(), radius / 2.0);
+    // The point itself is one of them.
+    let kept: Vec<bool> = scan.points().par_iter().map(|p| ordered.has_within(p, radius, FEWEST + 1)).collect();
+    let thin = kept.iter().filter(|kept| !**kept).count() as f64 / kept.len() as f64;
+    (thin <= MANY && measured.lonely >= LONELY * thin).then(|| scan.only(&kept))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Stream;
+    use crate::{Point, RawScan, resolution_sampled};
+
+    fn cleaned(scan: &Scan) -> Option<Scan> {
+        without_strays(scan, &resolution_sampled(scan.points(), 4000).unwrap())
+    }
+
+    /// A bowl of 10 000 points, and a cube of so many at random around it.
+    fn bowl_and_dust(n_strays: usize) -> Scan {
+        let mut stream = Stream::new(5, 0);
+        let bowl = (0..10_000).map(|i| {
+            let (x, y) = (f64::from(i % 100) / 50.0 - 1.0, f64::from(i / 100) / 50.0 - 1.0);
+            [x, y, 0.5 * (x * x + y * y)]
+        });
+        let mut points: Vec<[f64; 3]> = bowl.collect();
+        points.extend((0..n_strays).map(|_| std::array::from_fn(|_| stream.between(-1.5, 1.5))));
+        let last = points.len() as u32 - 1;
+        let triangles = vec![[0, 1, 100], [0, 1, last.min(10_000)]];
+        Scan::new(&RawScan { points, triangles, ..RawScan::default() }).unwrap()
+    }
+
+    #[test]
+    fn strays_go_and_the_surface_stays() {
+        for n_strays in [500, 3000] {
+            let scan = bowl_and_dust(n_strays);
+            let cleaned = cleaned(&scan).unwrap();
+            let of_bowl = |points: &[Point]| points.iter().filter(|p| scan.points()[..10_000].contains(p)).count();
+            // What lies beside the bowl cannot be told from it.
+            assert_eq!(of_bowl(cleaned.points()), 10_000);
+            assert!(cleaned.points().len() < 10_000 + n_strays / 5, "{} are left", cleaned.points().len());
+            assert_eq!((cleaned.origin(), cleaned.triangles()), (scan.origin(), &[[0, 1, 100]][..]));
+        }
+    }
+
+    #[test]
+    fn without_strays_or_without_anything_else_a_scan_stays_as_it_is() {
+        assert!(cleaned(&bowl_and_dust(0)).is_none());
+        assert!(cleaned(&bowl_and_dust(1)).is_none());
+        let all_at_random = |n: usize| {
+            let mut stream = Stream::new(6, 0);
+            let points = (0..n).map(|_| std::array::from_fn(|_| stream.between(-1.0, 1.0))).collect();
+            Scan::new(&RawScan { points, ..RawScan::default() }).unwrap()
+        };
+        for n in [3, 4, 9, 500, 5000] {
+            assert!(cleaned(&all_at_random(n)).is_none_or(|cleaned| 2 * cleaned.points().len() >= n), "{n}");
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! A pose that was found on few points, laid on the many that an earlier attempt looked at.
+//!
+//! Few points of a noisy scan show clearly what many do not, since each is the mean of more; many show more exactly where it is.
+
+use crate::chain::{Answer, Chain};
+use crate::memory::Sampled;
+use crate::ranking::{Ranked, Ranking};
+use crate::refining::drawn_in;
+use crate::{Failure, RankingConfig, Stage};
+
+/// From this ratio of the resolutions on, points are few and many.
+const MUCH_FINER: f64 = 1.5;
+/// How far a pose is looked around on many points at first, in `pr` of the few.
+const RADIUS: f64 = 2.0;
+
+impl Chain<'_, '_> {
+    /// The answer, refined on the finest surfaces of the attempts before if they are much finer and if it then fits them better. The
+    /// judgement remains that of the few points.
+    ///
+    /// # Errors
+    /// The many points fit better in a really different pose, which the few do not refute.
+    pub(crate) fn sharpened(&mut self, answer: Answer, on_few: &Ranked, few: &Ranking<'_>) -> Result<Answer, Failure> {
+        let finest = self.memory.finest().filter(|(_, finest)| MUCH_FINER * finest.resolution < self.resolution);
+        let Some((sampling, Sampled { prepared, resolution, .. })) = finest.cloned() else { return Ok(answer) };
+        let fields = self.memory.fields.get(&sampling);
+        let best_before = self.memory.best.get(&(sampling, self.signs));
+        let (Some(prepared), Some(fields), Some(best_before), RankingConfig::Dense(dense)) =
+            (prepared.with_signs(self.signs), fields, best_before, &self.config.ranking)
+        else {
+            return Ok(answer);
+        };
+        let (surfaces, viewpoints) = (&prepared.surfaces, prepared.trusted_viewpoints());
+        let many = Ranking::new(surfaces, &fields, &viewpoints, dense, self.bounds, resolution);
+        let (rough, radius) = (&answer.target_from_source, RADIUS * self.resolution);
+        let freedom = self.bounds.freedom();
+        let drawn = self.clock.time(Stage::Refinement, || drawn_in(surfaces, rough, radius, freedom, resolution));
+        let refined = self.refined(surfaces, &drawn, resolution);
+        let (before, after) = (many.judge(rough), many.judge(&refined.target_from_source));
+        let found = if after.score.value() > before.score.value() { after } else { before };
+
+        let fits_worse = found.score.value() < best_before.score.value() && many.apart(&found, &best_before);
+        let other_on_few = few.judge(&best_before.target_from_source);
+        if fits_worse && self.config.verdict.comes_close(other_on_few.score.value(), on_few.score.value()) {
+            return Err(Failure::Contradicted);
+        }
+        let uncertainty = if found.target_from_source == *rough { answer.uncertainty } else { refined.uncertainty };
+        Ok(Answer { target_from_source: found.target_from_source, uncertainty, ..answer })
+    }
+}
