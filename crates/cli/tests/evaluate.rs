@@ -85,6 +85,25 @@ fn a_stopped_evaluation_resumes_and_pairs_with_a_bad_file_are_rows() {
 }
 
 #[test]
+fn spoilt_scans_are_judged_as_they_came() {
+    let bench = Bench::new();
+    let spoilt = bench.evaluate("out", &["--pairs", "2", "--spoil", "strays=0.2", "--spoil", "noise=0.2"]);
+    assert_eq!(spoilt.status.code(), Some(0), "{}", text(&spoilt.stderr));
+    assert!(text(&spoilt.stdout).starts_with("spoilt: 20 % strays\nspoilt: noise 0.2 pr\n2 pairs scored"));
+    bench.evaluate("out", &["--pairs", "2"]);
+    let rows = bench.rows("out");
+    assert_eq!(rows.len(), 4, "a spoilt pair is not the pair as it came");
+    for (spoilt, clean) in rows[..2].iter().zip(&rows[2..]) {
+        assert_eq!((&spoilt["pair"], &spoilt["raw_resolution"]), (&clean["pair"], &clean["raw_resolution"]));
+        assert_ne!(spoilt["target_from_source"], clean["target_from_source"]);
+        assert!(spoilt["verdict"] != "ok" || spoilt["rmse_pr"].as_f64().unwrap() < 5.0, "{spoilt}");
+    }
+    let misspelt = bench.evaluate("out", &["--spoil", "nois=1"]);
+    assert_eq!(misspelt.status.code(), Some(2));
+    assert!(text(&misspelt.stderr).contains("`noise`"), "{}", text(&misspelt.stderr));
+}
+
+#[test]
 fn two_configurations_are_compared_on_the_same_pairs() {
     let bench = Bench::new();
     bench.evaluate("out", &["--pairs", "2"]);

@@ -71,6 +71,16 @@ impl GroundTruth {
         GroundTruth { truth, origins, shared, resolution, overlap }
     }
 
+    /// The same truth between clouds that have other things taken off them, such as the same scans when spoilt.
+    #[must_use]
+    pub fn recentred(self, origins: Pair<Vector3<f64>>) -> Self {
+        let in_file_coordinates = uncentred(&self.truth, &self.origins.source, &self.origins.target);
+        let truth = uncentred(&in_file_coordinates, &-origins.source, &-origins.target);
+        let moved = self.origins.source - origins.source;
+        let shared = self.shared.iter().map(|p| narrow(&(wide(*p) + moved))).collect();
+        GroundTruth { truth, origins, shared, ..self }
+    }
+
     /// Number of points in `C_gt`.
     #[must_use]
     pub fn n_shared(&self) -> usize {
@@ -201,6 +211,20 @@ mod tests {
         let truth = GroundTruth::of_scans(Pair { source: &source, target: &target }, &shift(0.5, -0.003, 0.0));
         let error = truth.errors(&shift(0.502, -0.003, 0.0)).unwrap();
         assert!((error.rmse_pr - 2.0).abs() < 1e-3, "{error:?}");
+    }
+
+    #[test]
+    fn another_centre_changes_no_error() {
+        let (source, target) = (grid(9, 9, 0.0, 0.0), grid(9, 9, 500.0, -3.0));
+        let motion = shift(500.0, -3.0, 0.0);
+        let truth = GroundTruth::of_scans(Pair { source: &source, target: &target }, &motion);
+        let off = shift(501.0, -3.0, 0.5);
+        let error = truth.errors(&off).unwrap().rmse_pr;
+        let origins = Pair { source: Vector3::new(7.0, 1.0, -2.0), target: Vector3::new(400.0, 0.0, 3.0) };
+        let recentred = truth.recentred(origins);
+        assert!((recentred.errors(&off).unwrap().rmse_pr - error).abs() < 1e-4);
+        let centred = congruent_geometry::uncentred(&off, &-origins.source, &-origins.target);
+        assert!((recentred.rmse_pr(&centred).unwrap() - error).abs() < 1e-4);
     }
 
     #[test]

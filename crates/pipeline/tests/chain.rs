@@ -11,11 +11,11 @@ use congruent_keypoints::{DetectorConfig, HarrisConfig, IssConfig, SupportFilter
 use congruent_matching::{MatcherConfig, RatioConfig};
 use congruent_metrics::{MetricConfig, ThresholdConfig};
 use congruent_pipeline::{
-    AContrarioConfig, Failure, NeighborhoodConfig, NormalsConfig, PipelineConfig, PoolConfig, RankingConfig,
+    AContrarioConfig, Failure, NeighborhoodConfig, NormalsConfig, Pair, PipelineConfig, PoolConfig, RankingConfig,
     Registration, SamplingConfig, Verdict, VerdictConfig, VoxelGridConfig, register,
 };
 use congruent_refinement::RefinementConfig;
-use congruent_simulation::nuisances::{moved, permuted, scaled};
+use congruent_simulation::nuisances::{add_noise, add_strays, moved, permuted, scaled};
 use congruent_simulation::pair::{PairOptions, ScanPair, figurine_pair};
 use congruent_simulation::scanner::{RangeNoise, VirtualScanner};
 use congruent_simulation::shapes;
@@ -89,6 +89,40 @@ fn the_default_finds_the_pose_at_high_and_at_low_overlap() {
             pair.overlap
         );
     }
+}
+
+#[test]
+fn many_strays_are_left_out_and_a_scan_without_any_stays_as_it_is() {
+    let pair = pair(40.0);
+    let clean = run(&pair.source, &pair.target, &PipelineConfig::default());
+    assert_eq!(clean.counts.strays, Pair { source: 0, target: 0 });
+    for share in [0.05, 0.4] {
+        let [source, target] = [(&pair.source, 1), (&pair.target, 2)].map(|(scan, seed)| add_strays(scan, share, seed));
+        let found = run(&source, &target, &PipelineConfig::default());
+        let error = error_pr(&pose(&found), &pair.target_from_source, &pair.source);
+        assert!(found.verdict == Verdict::Ok && error < 0.5, "{share}: {error:.2} pr, {:?}", found.verdict);
+        let added = share * pair.source.points.len() as f64;
+        let left_out = found.counts.strays.source as f64;
+        assert!((0.8 * added..1.05 * added).contains(&left_out), "{left_out} of {added}");
+    }
+}
+
+/// The attempt on few points is the one that is believed, and the pose is as good as what many points show.
+#[test]
+fn noise_is_averaged_out_on_few_points() {
+    let pair = pair(40.0);
+    let scan = Scan::new(&pair.source).unwrap();
+    let pr = resolution(scan.points(), &NeighborIndex::new(scan.points())).unwrap().mean;
+    let [source, target] = [(&pair.source, 1), (&pair.target, 2)].map(|(scan, seed)| add_noise(scan, 2.5 * pr, seed));
+    let config = PipelineConfig::default();
+    let found = run(&source, &target, &config);
+    let error = error_pr(&pose(&found), &pair.target_from_source, &pair.source);
+    assert!(found.verdict == Verdict::Ok && error < 2.0, "{error:.2} pr, {:?}", found.verdict);
+    let without = PipelineConfig {
+        escalation: config.escalation.iter().filter(|step| step.max_points.is_none_or(|n| n > 2000)).cloned().collect(),
+        ..config
+    };
+    assert_ne!(run(&source, &target, &without).verdict, Verdict::Ok, "few points are not needed here");
 }
 
 #[test]

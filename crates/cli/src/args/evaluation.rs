@@ -2,6 +2,7 @@
 
 use super::RunArgs;
 use clap::{Args as ClapArgs, ValueEnum};
+use congruent_evaluation::experiment::Nuisance;
 use std::path::PathBuf;
 
 /// Which pairs a batch works on.
@@ -19,6 +20,16 @@ pub(crate) struct DatasetArgs {
     /// Only pairs whose scans share at least this much of their points, 0 to 1; if not given, as the data set says
     #[arg(long, value_name = "X")]
     pub(crate) min_overlap: Option<f64>,
+}
+
+/// As it is written in the configuration of an experiment.
+fn nuisance(text: &str) -> Result<Nuisance, String> {
+    #[derive(serde::Deserialize)]
+    struct Parsed {
+        nuisance: Nuisance,
+    }
+    let parsed = toml::from_str(&format!("nuisance = {{ {text} }}")).map_err(|e| e.message().to_owned());
+    parsed.map(|Parsed { nuisance }| nuisance)
 }
 
 /// What the results are shown in.
@@ -50,6 +61,10 @@ pub(crate) struct EvaluateArgs {
     /// Compare with an earlier evaluation of the same pairs (McNemar's exact test)
     #[arg(long, value_name = "DIR")]
     pub(crate) compare: Option<PathBuf>,
+    /// Spoil both scans first: noise=1 (standard deviation, pr), strays=0.1 (so many times as many points), keep-randomly=0.1,
+    /// keep-evenly=0.1, holes=6; may be repeated, one after the other. Errors are of the scans as they came
+    #[arg(long, value_name = "NUISANCE", value_parser = nuisance, conflicts_with = "show")]
+    pub(crate) spoil: Vec<Nuisance>,
     #[command(flatten)]
     pub(crate) run: RunArgs,
 }

@@ -2,13 +2,15 @@
 
 use super::dataset::{Selected, names_of, select};
 use super::pages::write_pages;
-use super::{load, on_threads, show};
+use super::{Loaded, load, on_threads, show};
 use crate::args::EvaluateArgs;
 use crate::progress::Bar;
 use crate::rows::Rows;
 use crate::{configuration, output};
 use anyhow::{Context, Result, bail};
+use congruent_evaluation::experiment::Nuisance;
 use congruent_evaluation::{GroundTruth, PairRow, Status, Summary, mcnemar_of};
+use congruent_geometry::{Scan, ScanError};
 use congruent_io::TruePair;
 use congruent_pipeline::{Pair, PipelineConfig, Prior, register_traced};
 use congruent_report::{evaluation_figures, evaluation_page};
@@ -32,19 +34,24 @@ pub(super) fn run(args: &EvaluateArgs) -> Result<ExitCode> {
 fn run_into(args: &EvaluateArgs, directory: &Path) -> Result<ExitCode> {
     let config = configuration::resolve(&args.run)?;
     let text = toml::to_string(&config)?;
-    let configuration = fingerprint(&[env!("CARGO_PKG_VERSION"), &text]);
+    let spoil = &args.spoil;
+    let spoilt = spoil.iter().map(|nuisance| format!("spoilt: {nuisance}\n")).collect::<String>();
+    let configuration = match spoil.as_slice() {
+        [] => fingerprint(&[env!("CARGO_PKG_VERSION"), &text]),
+        _ => fingerprint(&[env!("CARGO_PKG_VERSION"), &text, &spoilt]),
+    };
     let selected = select(&args.dataset)?;
     let other = args.compare.as_deref().map(Rows::read).transpose()?;
     let mut rows = Rows::open(directory)?;
     congruent_io::write_file(&directory.join("config.toml"), text.as_bytes())?;
-    on_threads(args.run.threads, || evaluate(&config, &configuration, &selected, &mut rows))??;
+    on_threads(args.run.threads, || evaluate((&config, spoil), &configuration, &selected, &mut rows))??;
 
     let ours = |set: &Selected| -> Vec<PairRow> {
         let wanted: Vec<String> = set.pairs.iter().map(|pair| name_of(&set.name, pair)).collect();
         let is_ours = |row: &&PairRow| row.configuration == configuration && wanted.contains(&row.pair);
         rows.all().iter().filter(is_ours).cloned().collect()
     };
-    let mut summary = String::new();
+    let mut summary = spoilt;
     if selected.len() > 1 {
         selected.iter().for_each(|set| summary += &format!("{}: {}\n", set.name, Summary::new(&ours(set))));
         summary += "all: ";
@@ -67,7 +74,12 @@ fn run_into(args: &EvaluateArgs, directory: &Path) -> Result<ExitCode> {
 }
 
 /// Adds the rows that are not there yet.
-fn evaluate(config: &PipelineConfig, configuration: &str, selected: &[Selected], rows: &mut Rows) -> Result<()> {
+fn evaluate(
+    how: (&PipelineConfig, &[Nuisance]),
+    configuration: &str,
+    selected: &[Selected],
+    rows: &mut Rows,
+) -> Result<()> {
     let all: Vec<(&str, &TruePair)> =
         selected.iter().flat_map(|set| set.pairs.iter().map(|pair| (set.name.as_str(), pair))).collect();
     let bar = Bar::new(all.len() as u64);
@@ -80,7 +92,7 @@ fn evaluate(config: &PipelineConfig, configuration: &str, selected: &[Selected],
                 row.clone()
             }
             None => {
-                let row = judged(dataset, pair, config);
+                let row = judged(dataset, pair, how);
                 let row = PairRow { configuration: configuration.to_owned(), pair: name, ..row };
                 rows.add(row.clone())?;
                 row
@@ -100,18 +112,37 @@ fn evaluate(config: &PipelineConfig, configuration: &str, selected: &[Selected],
 }
 
 /// Registers one pair. A file that cannot be used makes a row, too.
-fn judged(dataset: &str, pair: &TruePair, config: &PipelineConfig) -> PairRow {
+fn judged(dataset: &str, pair: &TruePair, (config, spoil): (&PipelineConfig, &[Nuisance])) -> PairRow {
     let row = |overlap: f64| PairRow::new(dataset, &pair.source, &pair.target, overlap);
     let files = Pair { source: &pair.source_file, target: &pair.target_file };
-    let scans = match files.map(|file| load(file)).both().with_context(|| format!("named at {}", pair.place)) {
-        Ok(scans) => scans.into_map(|loaded| loaded.scan),
+    let loaded = match files.map(|file| load(file)).both().with_context(|| format!("named at {}", pair.place)) {
+        Ok(scans) => scans,
         Err(error) => return row(pair.overlap.unwrap_or(0.0)).with_error(format!("{error:#}")),
     };
+    let truth = GroundTruth::of_scans(loaded.as_ref().map(|loaded| &loaded.scan), &pair.target_from_source);
+    let overlap = pair.overlap.unwrap_or_else(|| truth.overlap());
+    let scans = match spoilt(loaded, spoil, truth.resolution(), config.seed) {
+        Ok(scans) => scans,
+        Err(error) => return row(overlap).with_error(format!("spoilt, {error:#}")),
+    };
+    let truth = if spoil.is_empty() { truth } else { truth.recentred(scans.as_ref().map(|scan| *scan.origin())) };
     let start = Instant::now();
     let (registration, trace) = register_traced(scans.as_ref(), &Prior::default(), config, &|_| ());
     let seconds = start.elapsed().as_secs_f64();
-    let truth = GroundTruth::of_scans(scans.as_ref(), &pair.target_from_source);
-    row(pair.overlap.unwrap_or_else(|| truth.overlap())).judged(&truth, &registration, &trace, seconds)
+    row(overlap).judged(&truth, &registration, &trace, seconds)
+}
+
+/// The scans after all that they are to suffer, each of its own; `pr` in data units.
+fn spoilt(loaded: Pair<Loaded>, spoil: &[Nuisance], pr: f64, seed: u64) -> Result<Pair<Scan>, ScanError> {
+    if spoil.is_empty() {
+        return Ok(loaded.into_map(|loaded| loaded.scan));
+    }
+    let streams = Pair { source: seed.wrapping_mul(2), target: seed.wrapping_mul(2).wrapping_add(1) };
+    let spoil = |(loaded, seed): (Loaded, u64)| {
+        let spoilt = spoil.iter().fold(loaded.raw, |scan, nuisance| nuisance.apply(&scan, pr, seed));
+        Scan::new(&spoilt)
+    };
+    loaded.zip(streams).into_map(spoil).both()
 }
 
 /// What tells a pair from all others: its names and its truth.

@@ -4,7 +4,7 @@ use super::{Loaded, load};
 use crate::args::InspectArgs;
 use crate::output;
 use anyhow::Result;
-use congruent_geometry::{NeighborIndex, resolution};
+use congruent_geometry::{NeighborIndex, resolution, without_strays};
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -17,6 +17,8 @@ struct Inspection {
     triangles: usize,
     dropped_non_finite: usize,
     dropped_duplicates: usize,
+    /// Points that hang alone and would be left out with `strays = "dropped"`.
+    strays: usize,
     extent: [f64; 3],
     /// Middle of the bounding box, file coordinates.
     centre: [f64; 3],
@@ -47,6 +49,7 @@ fn inspect(file: &str, loaded: &Loaded) -> Inspection {
         triangles: scan.triangles().len(),
         dropped_non_finite: scan.dropped().non_finite,
         dropped_duplicates: scan.dropped().duplicates,
+        strays: without_strays(scan, &resolution).map_or(0, |left| scan.points().len() - left.points().len()),
         extent: scan.extent().into(),
         centre: (*scan.origin()).into(),
         resolution: resolution.mean,
@@ -67,6 +70,7 @@ impl Inspection {
             format!("  points      {}", self.points),
             format!("  triangles   {}", self.triangles),
             format!("  dropped     {} not finite, {} duplicates", self.dropped_non_finite, self.dropped_duplicates),
+            format!("  strays      {}", self.strays),
             format!("  extent      {}", three(self.extent)),
             format!("  centre      {}", self.centre.map(|x| format!("{x:.4}")).join(", ")),
             format!("  resolution  {:.6} (pr: mean distance to the nearest other point)", self.resolution),

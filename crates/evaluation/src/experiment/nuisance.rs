@@ -1,7 +1,7 @@
-//! What the target is spoilt with before anything else happens.
+//! What a scan is spoilt with before anything else happens.
 
 use congruent_geometry::RawScan;
-use congruent_simulation::nuisances::{add_noise, cut_holes, decimate_uniform, keep_random};
+use congruent_simulation::nuisances::{add_noise, add_strays, cut_holes, decimate_uniform, keep_random};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -9,7 +9,7 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Nuisance {
-    /// The target as it is.
+    /// The scan as it is.
     None {},
     /// Independent normal noise on each coordinate, of this standard deviation in `pr`.
     Noise(f64),
@@ -19,6 +19,8 @@ pub enum Nuisance {
     KeepRandomly(f64),
     /// Cut so many holes of 1 % of the points each.
     Holes(usize),
+    /// Add so many times as many points at random, in the bounding box and a little around it.
+    Strays(f64),
 }
 
 impl Nuisance {
@@ -31,6 +33,7 @@ impl Nuisance {
             Nuisance::KeepEvenly(share) => decimate_uniform(scan, share),
             Nuisance::KeepRandomly(share) => keep_random(scan, share, seed),
             Nuisance::Holes(count) => cut_holes(scan, count, seed),
+            Nuisance::Strays(share) => add_strays(scan, share, seed),
         }
     }
 }
@@ -43,6 +46,7 @@ impl fmt::Display for Nuisance {
             Nuisance::KeepEvenly(share) => write!(f, "evenly {:.0} % kept", 100.0 * share),
             Nuisance::KeepRandomly(share) => write!(f, "randomly {:.0} % kept", 100.0 * share),
             Nuisance::Holes(count) => write!(f, "{count} holes"),
+            Nuisance::Strays(share) => write!(f, "{:.0} % strays", 100.0 * share),
         }
     }
 }

@@ -105,6 +105,7 @@ fn level(nuisance: &Nuisance) -> Option<(&'static str, f64, f64)> {
         Nuisance::KeepEvenly(share) => Some(("points kept evenly, %", 100.0 * share, 100.0)),
         Nuisance::KeepRandomly(share) => Some(("points kept randomly, %", 100.0 * share, 100.0)),
         Nuisance::Holes(count) => Some(("holes", count as f64, 0.0)),
+        Nuisance::Strays(share) => Some(("strays, %", 100.0 * share, 0.0)),
     }
 }
 

@@ -1,7 +1,7 @@
 //! What spoils scans, in measured doses; seeded, and each as a new scan made from an old one.
 //!
-//! Points only move by known amounts or vanish, so a known true motion stays true. Where points vanish, the order of
-//! the rest stays, their normals go with them, and triangles stay whose three corners do.
+//! Points only move by known amounts, vanish or come to the others, so a known true motion stays true. Where points vanish, the
+//! order of the rest stays, their normals go with them, and triangles stay whose three corners do.
 
 mod decimate;
 mod holes;
@@ -22,6 +22,28 @@ pub fn add_noise(scan: &RawScan, sigma: f64, seed: u64) -> RawScan {
         *point = point.map(|v| v + sigma * stream.normal());
     }
     noisy
+}
+
+/// Adds points at random in the bounding box, enlarged by a fifth: so many times as many as there are. Their normals are zero.
+#[must_use]
+pub fn add_strays(scan: &RawScan, share: f64, seed: u64) -> RawScan {
+    let none = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    let [low, high] = scan.points.iter().fold(none, |[low, high], p| {
+        [std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k]))]
+    });
+    let n_strays = if scan.points.is_empty() { 0 } else { (share.max(0.0) * scan.points.len() as f64).round() as u64 };
+    let mut strewn = scan.clone();
+    strewn.points.extend((0..n_strays).map(|i| {
+        let mut stream = Stream::new(seed, i);
+        std::array::from_fn(|k| {
+            let margin = 0.1 * (high[k] - low[k]);
+            stream.between(low[k] - margin, high[k] + margin)
+        })
+    }));
+    if let Some(normals) = &mut strewn.normals {
+        normals.resize(strewn.points.len(), [0.0; 3]);
+    }
+    strewn
 }
 
 /// Keeps the given share of the points, chosen at random; the count is the share rounded to whole points.
@@ -132,6 +154,17 @@ pub(crate) mod tests {
             assert!(original.triangles.contains(&t.map(|i| numbers[i as usize])));
         }
         numbers
+    }
+
+    #[test]
+    fn strays_come_last_and_are_all_around() {
+        let clean = cloud(1000);
+        let strewn = add_strays(&clean, 0.3, 4);
+        assert_eq!((strewn.points.len(), strewn.normals.as_ref().unwrap().len()), (1300, 1300));
+        assert_eq!(strewn.points[..1000], clean.points);
+        let outside = strewn.points[1000..].iter().filter(|p| !(0.0..=10.0).contains(&p[0])).count();
+        assert!((20..90).contains(&outside), "{outside} of 50 expected");
+        assert_eq!(add_strays(&RawScan::default(), 0.3, 4), RawScan::default());
     }
 
     #[test]
