@@ -44,12 +44,14 @@ pub fn optimise_all(
     for _ in 0..rounds {
         climbs.par_iter_mut().for_each(|climb| climb.step(metric, evidence));
         climbs.sort_by(|a, b| b.best.score.cmp(&a.best.score).then(a.best.trial.cmp(&b.best.trial)));
-        climbs = distinctness.distinct_by(climbs, |climb| &climb.best.target_from_source, usize::MAX);
+        let apart = distinctness.positions(&climbs, |climb| &climb.best.target_from_source, usize::MAX);
+        climbs = apart.into_iter().map(|position| climbs[position]).collect();
     }
     climbs.into_iter().map(|climb| climb.best).collect()
 }
 
 /// A pose on its way up.
+#[derive(Clone, Copy)]
 struct Climb {
     best: Hypothesis,
     pose: RigidTransform,

@@ -3,11 +3,16 @@
 use crate::Hypothesis;
 use congruent_geometry::{Point, RigidTransform, wide};
 use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 type Cell = [i64; 3];
 /// Where a pose puts the probes.
 type Places = [Vector3<f64>; PROBES];
+
+/// Poses that are looked at together, and that one thread takes at a time, at least.
+const TOGETHER: usize = 4096;
+const PLACED_AT_A_TIME: usize = 256;
 
 /// Points by which poses are compared.
 const PROBES: usize = 8;
@@ -32,31 +37,35 @@ impl Distinctness {
     /// The best of each group of like poses, at most `keep`. The hypotheses come ranked, and stay so.
     #[must_use]
     pub fn distinct(&self, ranked: &[Hypothesis], keep: usize) -> Vec<Hypothesis> {
-        self.distinct_by(ranked.iter().copied(), |hypothesis| &hypothesis.target_from_source, keep)
+        let kept = self.positions(ranked, |hypothesis| &hypothesis.target_from_source, keep);
+        kept.into_iter().map(|position| ranked[position]).collect()
     }
 
-    /// The same of what has a pose.
-    pub(crate) fn distinct_by<T>(
+    /// Positions, ascending, of the best of each group of what has a pose.
+    pub(crate) fn positions<T: Sync>(
         &self,
-        ranked: impl IntoIterator<Item = T>,
-        pose: impl Fn(&T) -> &RigidTransform,
+        ranked: &[T],
+        pose: impl Fn(&T) -> &RigidTransform + Sync,
         keep: usize,
-    ) -> Vec<T> {
-        let mut kept: Vec<(T, Places)> = Vec::new();
+    ) -> Vec<usize> {
+        let mut kept: Vec<(usize, Places)> = Vec::new();
         let mut cells: FxHashMap<Cell, Vec<usize>> = FxHashMap::default();
-        for one in ranked {
-            if kept.len() == keep {
-                break;
-            }
-            let places = self.places(pose(&one));
-            let place = self.place(&places);
-            let mut near = around(&place).filter_map(|near| cells.get(&near)).flatten();
-            if !near.any(|&other| self.same(&kept[other].1, &places)) {
-                cells.entry(place.map(cell)).or_default().push(kept.len());
-                kept.push((one, places));
+        for (first, some) in (0..).step_by(TOGETHER).zip(ranked.chunks(TOGETHER)) {
+            let places: Vec<Places> =
+                some.par_iter().with_min_len(PLACED_AT_A_TIME).map(|one| self.places(pose(one))).collect();
+            for (position, places) in (first..).zip(places) {
+                if kept.len() >= keep {
+                    return kept.into_iter().map(|(position, _)| position).collect();
+                }
+                let place = self.place(&places);
+                let mut near = around(&place).filter_map(|near| cells.get(&near)).flatten();
+                if !near.any(|&other| self.same(&kept[other].1, &places)) {
+                    cells.entry(place.map(cell)).or_default().push(kept.len());
+                    kept.push((position, places));
+                }
             }
         }
-        kept.into_iter().map(|(one, _)| one).collect()
+        kept.into_iter().map(|(position, _)| position).collect()
     }
 
     /// Where the middle of the probes goes, in cells twice as wide as poses must be apart. The middles of like poses are no

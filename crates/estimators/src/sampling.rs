@@ -4,6 +4,7 @@ use crate::AdaptiveStop;
 use congruent_geometry::RigidTransform;
 use congruent_metrics::{Evidence, Metric, Score};
 use rayon::prelude::*;
+use std::cmp::Ordering;
 use std::ops::Range;
 
 /// Trials that one thread takes at a time.
@@ -84,7 +85,17 @@ pub fn sample_all(
             break;
         }
     }
-    found.ranked
+    found.ranked.into_iter().map(sorted).collect()
+}
+
+/// Best first. The order of the sum of all batches is settled by score and trial alone.
+fn sorted(mut hypotheses: Vec<Hypothesis>) -> Vec<Hypothesis> {
+    hypotheses.par_sort_unstable_by(better);
+    hypotheses
+}
+
+fn better(a: &Hypothesis, b: &Hypothesis) -> Ordering {
+    b.score.cmp(&a.score).then(a.trial.cmp(&b.trial))
 }
 
 /// What one pass through the loop works on.
@@ -97,7 +108,7 @@ struct Run<'a> {
 
 /// What some trials have found.
 struct Found {
-    /// For each metric.
+    /// For each metric, in no particular order.
     ranked: Vec<Vec<Hypothesis>>,
     /// Of the pose that has most, whatever the metrics say, so that they all see the same poses; counted for the
     /// stopping rule only.
@@ -160,10 +171,12 @@ impl Found {
         self
     }
 
-    /// Keeps the best of each ranking.
+    /// Keeps the best of each ranking, in no particular order.
     fn cut(&mut self, keep: usize) {
-        for ranked in &mut self.ranked {
-            ranked.sort_by(|a, b| b.score.cmp(&a.score).then(a.trial.cmp(&b.trial)));
+        for ranked in self.ranked.iter_mut().filter(|ranked| ranked.len() > keep) {
+            if keep > 0 {
+                ranked.select_nth_unstable_by(keep - 1, better);
+            }
             ranked.truncate(keep);
         }
     }

@@ -33,8 +33,8 @@ pub(crate) struct Answer {
     pub(crate) oriented: Pair<Oriented>,
     /// How the surfaces lie on each other, where that was looked at.
     pub(crate) agreement: Option<Agreement>,
-    /// Decimal logarithm of the number of random poses with so many inliers.
-    pub(crate) log10_false_alarms: f64,
+    /// How many random poses would have so many inliers.
+    pub(crate) significance: Significance,
     pub(crate) judgement: Judgement,
 }
 
@@ -331,7 +331,7 @@ impl<'a> Chain<'a, '_> {
             uncertainty: chosen.uncertainty.clone(),
             oriented: prepared.oriented,
             agreement: chosen.ranked.map(|ranked| Agreement::new(&ranked, resolution)),
-            log10_false_alarms: significance.log10_false_alarms,
+            significance,
             judgement,
         }
     }

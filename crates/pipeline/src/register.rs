@@ -169,7 +169,7 @@ impl Attempt {
             alternatives,
             confidence: answer.as_ref().map_or(0.0, |answer| answer.judgement.confidence_alone()),
             score: answer.as_ref().map(|answer| answer.score),
-            log10_false_alarms: answer.as_ref().map(|answer| answer.log10_false_alarms),
+            log10_false_alarms: answer.as_ref().map(|answer| answer.significance.log10_false_alarms),
             views: answer.as_ref().map(|answer| views(&answer.oriented, origins)),
             hold: answer.as_ref().map(|answer| answer.hold),
             predictors: answer.as_ref().and_then(|answer| answer.judgement.predictors),

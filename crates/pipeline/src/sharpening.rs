@@ -6,7 +6,7 @@ use crate::chain::{Answer, Chain};
 use crate::memory::Sampled;
 use crate::ranking::{Ranked, Ranking};
 use crate::refining::drawn_in;
-use crate::{Failure, RankingConfig, Stage};
+use crate::{AContrarioConfig, Failure, RankingConfig, Stage};
 
 /// From this ratio of the resolutions on, points are few and many.
 const MUCH_FINER: f64 = 1.5;
@@ -18,7 +18,8 @@ impl Chain<'_, '_> {
     /// judgement remains that of the few points.
     ///
     /// # Errors
-    /// The many points fit better in a really different pose, which the few do not refute.
+    /// No more correspondences agree than chance explains: a few points may fit by accident. Or the many points fit better in a
+    /// really different pose, which the few do not refute.
     pub(crate) fn sharpened(&mut self, answer: Answer, on_few: &Ranked, few: &Ranking<'_>) -> Result<Answer, Failure> {
         let finest = self.memory.finest().filter(|(_, finest)| MUCH_FINER * finest.resolution < self.resolution);
         let Some((sampling, Sampled { prepared, resolution, .. })) = finest.cloned() else { return Ok(answer) };
@@ -29,6 +30,9 @@ impl Chain<'_, '_> {
         else {
             return Ok(answer);
         };
+        if let (_, Some(doubt)) = answer.significance.judge(&AContrarioConfig::default()) {
+            return Err(doubt);
+        }
         let (surfaces, viewpoints) = (&prepared.surfaces, prepared.trusted_viewpoints());
         let many = Ranking::new(surfaces, &fields, &viewpoints, dense, self.bounds, resolution);
         let (rough, radius) = (&answer.target_from_source, RADIUS * self.resolution);

@@ -130,9 +130,13 @@ impl Calibration {
         1.0 / (1.0 + (-self.log_odds(known)).exp())
     }
 
-    /// Natural logarithm of the odds of a right answer.
+    /// Natural logarithm of the odds of a right answer: none where more of what touches disagrees in its normals than agrees, as
+    /// when walls lie on each other back to front.
     #[must_use]
     pub fn log_odds(&self, known: &Predictors) -> f64 {
+        if known.disagreeing > known.overlap {
+            return f64::NEG_INFINITY;
+        }
         self.intercept + self.weights().iter().zip(known.terms()).map(|(w, x)| w * x).sum::<f64>()
     }
 }
@@ -178,5 +182,7 @@ mod tests {
         ] {
             assert!(calibration.confidence(&worse) < confidence, "{worse:?}");
         }
+        let back_to_front = Predictors { overlap: 0.1, disagreeing: 0.7, ..GOOD };
+        assert_eq!(calibration.confidence(&back_to_front), 0.0);
     }
 }
