@@ -43,7 +43,7 @@ pub fn optimise_all(
     let mut climbs: Vec<Climb> = starts.into_iter().map(Climb::new).collect();
     for _ in 0..rounds {
         climbs.par_iter_mut().for_each(|climb| climb.step(metric, evidence));
-        climbs.sort_by(|a, b| b.best.score.cmp(&a.best.score).then(a.best.trial.cmp(&b.best.trial)));
+        climbs.sort_by(|a, b| a.best.best_first(&b.best));
         let apart = distinctness.positions(&climbs, |climb| &climb.best.target_from_source, usize::MAX);
         climbs = apart.into_iter().map(|position| climbs[position]).collect();
     }

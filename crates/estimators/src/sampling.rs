@@ -53,6 +53,14 @@ pub struct Hypothesis {
     pub trial: u64,
 }
 
+impl Hypothesis {
+    /// The order of a ranking: better scores first, of equal ones the lower trial.
+    #[must_use]
+    pub fn best_first(&self, other: &Hypothesis) -> Ordering {
+        other.score.cmp(&self.score).then(self.trial.cmp(&other.trial))
+    }
+}
+
 /// Runs all trials and keeps the best `keep` hypotheses, best first; of equal scores the lower trial comes first.
 ///
 /// Poses that the metric takes for none ([`Score::WORST`]) are left out. The result does not depend on the number of
@@ -90,12 +98,8 @@ pub fn sample_all(
 
 /// Best first. The order of the sum of all batches is settled by score and trial alone.
 fn sorted(mut hypotheses: Vec<Hypothesis>) -> Vec<Hypothesis> {
-    hypotheses.par_sort_unstable_by(better);
+    hypotheses.par_sort_unstable_by(Hypothesis::best_first);
     hypotheses
-}
-
-fn better(a: &Hypothesis, b: &Hypothesis) -> Ordering {
-    b.score.cmp(&a.score).then(a.trial.cmp(&b.trial))
 }
 
 /// What one pass through the loop works on.
@@ -175,7 +179,7 @@ impl Found {
     fn cut(&mut self, keep: usize) {
         for ranked in self.ranked.iter_mut().filter(|ranked| ranked.len() > keep) {
             if keep > 0 {
-                ranked.select_nth_unstable_by(keep - 1, better);
+                ranked.select_nth_unstable_by(keep - 1, Hypothesis::best_first);
             }
             ranked.truncate(keep);
         }

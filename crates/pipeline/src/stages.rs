@@ -179,13 +179,8 @@ fn admitted(
         Some(Hypothesis { target_from_source, score: metric.score(evidence, &target_from_source), ..*h })
     };
     let mut kept: Vec<Hypothesis> = hypotheses.par_iter().filter_map(scored).collect();
-    sort(&mut kept);
+    kept.sort_by(Hypothesis::best_first);
     kept
-}
-
-/// Best first, equal scores by the trial.
-fn sort(hypotheses: &mut [Hypothesis]) {
-    hypotheses.sort_by(|a, b| b.score.cmp(&a.score).then(a.trial.cmp(&b.trial)));
 }
 
 /// Adds poses that were not proposed by correspondences, best first by the metric; of equals the first given.
@@ -203,7 +198,7 @@ pub(crate) fn with_given(
         pool.hypotheses.push(Hypothesis { target_from_source: *pose, score, trial });
     }
     pool.trials += given.len() as u64;
-    sort(&mut pool.hypotheses);
+    pool.hypotheses.sort_by(Hypothesis::best_first);
     pool
 }
 
