@@ -38,6 +38,8 @@ pub enum Orientation {
 pub struct Oriented {
     /// Where the scan was taken from, centred coordinates, where a single viewpoint explains it.
     pub viewpoint: Option<Vector3<f64>>,
+    /// What the scan looks like from where it was taken, where that was estimated.
+    pub kind: Option<ViewKind>,
     /// Whether towards and away can be relied on; if not, all signs may be the wrong way round.
     pub sure: bool,
 }
@@ -58,27 +60,27 @@ pub fn orient(
         Orientation::Viewpoint { at } => {
             let viewpoint = Vector3::from(at) - origin;
             face(&viewpoint, points, normals);
-            Oriented { viewpoint: Some(viewpoint), sure: true }
+            Oriented { viewpoint: Some(viewpoint), kind: None, sure: true }
         }
         Orientation::Outward {} => {
             let middle: Vector3<f64> =
                 points.iter().map(|p| wide(*p)).sum::<Vector3<f64>>() / points.len().max(1) as f64;
             face(&middle, points, normals);
             normals.iter_mut().for_each(flip);
-            Oriented { viewpoint: None, sure: true }
+            Oriented { viewpoint: None, kind: None, sure: true }
         }
         Orientation::Propagate {} => {
             propagate(points, index, normals);
-            Oriented { viewpoint: None, sure: false }
+            Oriented { viewpoint: None, kind: None, sure: false }
         }
         Orientation::Estimated {} => {
             let view = estimate_view(points, normals, index, unit);
             if view.kind == ViewKind::Closed {
                 propagate(points, index, normals);
-                return Oriented { viewpoint: None, sure: false };
+                return Oriented { viewpoint: None, kind: Some(view.kind), sure: false };
             }
             face(&view.viewpoint, points, normals);
-            Oriented { viewpoint: Some(view.viewpoint), sure: view.sure }
+            Oriented { viewpoint: Some(view.viewpoint), kind: Some(view.kind), sure: view.sure }
         }
     }
 }
@@ -87,7 +89,7 @@ fn flip(normal: &mut Point) {
     *normal = normal.map(|v| -v);
 }
 
-fn propagate(points: &[Point], index: &NeighborIndex, normals: &mut [Point]) {
+pub(crate) fn propagate(points: &[Point], index: &NeighborIndex, normals: &mut [Point]) {
     let near: Vec<Vec<Neighbor>> = points.par_iter().map(|p| index.nearest_n(p, CONVEXITY_NEIGHBORS)).collect();
     let mut part = vec![u32::MAX; points.len()];
     let mut n_parts = 0;

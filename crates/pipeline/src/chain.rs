@@ -12,7 +12,7 @@ use crate::{
 };
 use congruent_descriptors::Features;
 use congruent_estimators::Hypothesis;
-use congruent_geometry::{Oriented, RigidTransform, Scan, Surface};
+use congruent_geometry::{Oriented, RigidTransform, Scan, Surface, ViewKind};
 use congruent_keypoints::Keypoint;
 use congruent_matching::Correspondence;
 use congruent_metrics::Evidence;
@@ -396,11 +396,19 @@ impl Prepared {
 impl Signs {
     /// On which scan the normals are turned; nothing where there is nothing to turn.
     pub(crate) fn turned(self, oriented: &Pair<Oriented>) -> Option<Pair<bool>> {
+        let kept = oriented.zip(Pair { source: oriented.target, target: oriented.source }).into_map(is_model_of);
         match self {
-            Signs::Kept => Some(Pair { source: false, target: false }),
+            Signs::Kept => Some(kept),
             Signs::Other if oriented.source.sure && oriented.target.sure => None,
             // One scan is enough: what counts is whether the two agree.
-            Signs::Other => Some(Pair { source: !oriented.source.sure, target: oriented.source.sure }),
+            Signs::Other if oriented.source.sure => Some(Pair { target: !kept.target, ..kept }),
+            Signs::Other => Some(Pair { source: !kept.source, ..kept }),
         }
     }
+}
+
+/// Whether what seems to have been seen from within is a closed model after all, because the other scan shows an object
+/// from one side: then its normals point inwards.
+fn is_model_of((scan, other): (Oriented, Oriented)) -> bool {
+    scan.kind == Some(ViewKind::Within) && other.kind == Some(ViewKind::OneSide) && other.sure
 }

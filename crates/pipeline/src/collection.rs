@@ -185,13 +185,15 @@ impl Collection {
             .position(|d| *d == config.descriptor)
             .expect("a descriptor of the configuration");
         let kept = Variant { budget, descriptor, turned: false };
-        let mut scans = supplied(supply, Pair { source: kept, target: kept }, clock)?;
-        if let (Ok(source), Ok(target)) = (&scans.source.described, &scans.target.described) {
-            let Some(turned) = signs.turned(&Pair { source: source.oriented, target: target.oriented }) else {
-                return Ok(None);
-            };
-            scans = supplied(supply, turned.into_map(|turned| Variant { turned, ..kept }), clock)?;
-        }
+        let as_they_are = supplied(supply, Pair { source: kept, target: kept }, clock)?;
+        let turned = match described(&as_they_are) {
+            Ok(both) => match signs.turned(&both.map(|scan| scan.oriented)) {
+                Some(turned) => turned,
+                None => return Ok(None),
+            },
+            Err(_) => Pair::default(),
+        };
+        let scans = supplied(supply, turned.into_map(|turned| Variant { turned, ..kept }), clock)?;
         let counts = Counts { points: scans.map(|scan| scan.points), ..Counts::default() };
         let (raw_resolution, resolution) = (self.raw_resolution, self.resolutions[budget]);
         let proposals = Proposals::Searched;
@@ -202,13 +204,15 @@ impl Collection {
             chain.counts.sampled = both.map(|scan| scan.surface.len());
             chain.counts.keypoints = both.map(|scan| scan.keypoints.len());
             chain.counts.described = both.map(|scan| scan.features.len());
+            let oriented = both.map(|scan| scan.oriented);
             let prepared =
-                Prepared { surfaces: both.map(|scan| scan.surface.clone()), oriented: both.map(|scan| scan.oriented) };
+                |both: &Pair<&Described>| Prepared { surfaces: both.map(|scan| scan.surface.clone()), oriented };
             if signs == Signs::Kept {
-                let strays = chain.counts.strays;
-                let sampled = Sampled { prepared: prepared.clone(), strays, raw_resolution, resolution };
+                let (prepared, strays) = (prepared(&described(&as_they_are)?), chain.counts.strays);
+                let sampled = Sampled { prepared, strays, raw_resolution, resolution };
                 chain.memory.prepared.keep(config.sampling.clone(), &sampled);
             }
+            let prepared = prepared(&both);
             trace.features = both.map(|scan| scan.features.clone());
             chain.answered(&prepared, &mut trace)
         });

@@ -25,6 +25,8 @@ struct Edge {
 /// Offsets farther than so many units are no edges; an edge goes to so many nearest ones; every other point has its own.
 const EDGE_REACH: f64 = 5.0;
 const EDGES: usize = 6;
+/// Within so many units a surface is asked whether it bulges.
+const CONVEXITY_REACH: f64 = 8.0;
 /// Every third point and edge suffices to compare directions.
 const STRIDE: usize = 3;
 
@@ -183,7 +185,7 @@ impl<'a> Cloud<'a> {
     /// Mean of −(m·n)/8 units, `m` the mean offset of the neighbours: above zero for bulges. `keep` says whether the
     /// stored normal of a point is turned to the assumed side already.
     pub(super) fn convexity(&self, keep: impl Fn(usize) -> bool + Sync) -> f64 {
-        let reach = 8.0 * self.unit;
+        let reach = CONVEXITY_REACH * self.unit;
         let search = RadiusSearch::among(self.points, self.index, reach);
         let bulge = |i: usize| {
             let point = wide(self.points[i]);
@@ -197,6 +199,12 @@ impl<'a> Cloud<'a> {
         let some = (0..self.points.len()).into_par_iter().step_by(4);
         let sampled: Vec<f64> = some.map(|i| if keep(i) { bulge(i) } else { -bulge(i) }).collect();
         sampled.iter().sum::<f64>() / sampled.len().max(1) as f64
+    }
+
+    /// Mean convexity under signed normals, in terms of the cloud's radius: a quarter for a sphere, about zero for a sheet.
+    pub(super) fn bulge(&self, signed: &[Point]) -> f64 {
+        let convexity = self.convexity(|i| wide(self.normals[i]).dot(&wide(signed[i])) > 0.0);
+        convexity * self.radius / (CONVEXITY_REACH * self.unit)
     }
 
     /// The near viewpoint of least cost, and the cost.

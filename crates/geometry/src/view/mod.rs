@@ -3,12 +3,14 @@
 //! A surface that was seen from one side hides nothing from there, its normals can all be turned towards there without
 //! tearing neighbours apart, and they look there on average. That settles an axis. Its sign is settled by convexity:
 //! scanned things bulge towards the scanner on the whole. What does not fit a far viewpoint is tried with near ones (a
-//! room seen from within), and what fits none is taken for a closed model.
+//! room seen from within), and what fits none is taken for a closed model. So is what hides much of itself from every
+//! side, seems to have been seen from without all the same, and bulges once its signs are handed on.
 
 mod cloud;
 mod dome;
 mod screen;
 
+use crate::orientation::propagate;
 use crate::{NeighborIndex, Point, narrow, wide};
 use cloud::Cloud;
 use nalgebra::Vector3;
@@ -20,6 +22,12 @@ const ONE_SIDE_HIDDEN: f64 = 0.1;
 const SURE_CONVEXITY: f64 = 0.012;
 /// A near viewpoint that costs more than this explains nothing.
 const NEAR_COST: f64 = -0.03;
+/// A scan hides much of itself from everywhere above this share of hidden points (rooms that are seen from without at
+/// most 0.16, closed models at least 0.31).
+const MUCH_HIDDEN: f64 = 0.25;
+/// A closed model bulges by this at least (see [`Cloud::bulge`]; closed models at least 0.29, street and rooms that are
+/// seen from without at most 0.15).
+const CLOSED_BULGE: f64 = 0.2;
 /// The far viewpoint of a scan seen from one side, in radii of the cloud.
 const FAR: f64 = 30.0;
 
@@ -28,8 +36,10 @@ const FAR: f64 = 30.0;
 pub enum ViewKind {
     /// Seen from one side: a range scan of an object.
     OneSide,
-    /// Seen from a near viewpoint, or from within.
+    /// Seen from a near viewpoint.
     Near,
+    /// Seen from within, or else a closed model: from the middle of it the two look alike, and their normals are opposite.
+    Within,
     /// No single viewpoint explains it: a complete model, or fused scans.
     Closed,
 }
@@ -63,10 +73,23 @@ pub fn estimate_view(points: &[Point], normals: &[Point], index: &NeighborIndex,
         return one_side;
     }
     let (viewpoint, cost) = cloud.best_near();
-    if cost > NEAR_COST {
-        return View { kind: ViewKind::Closed, viewpoint, sure: false };
-    }
-    View { kind: ViewKind::Near, viewpoint, sure: (viewpoint - cloud.middle).norm() > cloud.radius }
+    let is_outside = (viewpoint - cloud.middle).norm() > cloud.radius;
+    let hides_much = hidden > MUCH_HIDDEN;
+    let kind = if cost > NEAR_COST || (is_outside && hides_much && bulges(points, normals, index, &cloud)) {
+        ViewKind::Closed
+    } else if hides_much {
+        ViewKind::Within
+    } else {
+        ViewKind::Near
+    };
+    View { kind, viewpoint, sure: is_outside && kind == ViewKind::Near }
+}
+
+/// Whether the surface bulges on the whole once its signs are handed on from neighbour to neighbour.
+fn bulges(points: &[Point], normals: &[Point], index: &NeighborIndex, cloud: &Cloud<'_>) -> bool {
+    let mut signed = normals.to_vec();
+    propagate(points, index, &mut signed);
+    cloud.bulge(&signed) > CLOSED_BULGE
 }
 
 /// Turns normals towards a viewpoint.
@@ -115,6 +138,20 @@ mod tests {
         assert!(view.kind != ViewKind::OneSide && !view.sure, "{view:?}");
     }
 
+    /// Nothing is seen of it from without that is not hidden on its other side, and from within it hides itself.
+    #[test]
+    fn a_long_model_was_seen_from_nowhere() {
+        let long: Vec<Point> = bumpy(|_| true)
+            .iter()
+            .map(|p| {
+                let (sin, cos) = (1.2 * p[2]).sin_cos();
+                [0.45 * p[0] + 1.8 * cos, 0.45 * p[1], 2.0 * sin]
+            })
+            .collect();
+        let view = view_of(&long, 0.01);
+        assert!(view.kind == ViewKind::Closed && !view.sure, "{view:?}");
+    }
+
     #[test]
     fn a_room_is_seen_from_within() {
         // The inside of a box of 6 by 4 by 3, seen by a scanner in it.
@@ -128,7 +165,7 @@ mod tests {
             })
             .collect();
         let view = view_of(&points, 0.03);
-        assert!(view.kind == ViewKind::Near && !view.sure, "{view:?}");
+        assert!(view.kind == ViewKind::Within && !view.sure, "{view:?}");
         assert!((0..3).all(|a| view.viewpoint[a] > 0.0 && view.viewpoint[a] < [6.0, 4.0, 3.0][a]), "{view:?}");
     }
 
