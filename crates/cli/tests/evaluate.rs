@@ -41,12 +41,12 @@ impl Bench {
     }
 
     fn rows(&self, output: &str) -> Vec<serde_json::Value> {
-        let jsonl = fs::read_to_string(self.folder.path().join(output).join("pairs.jsonl")).unwrap();
+        let jsonl = fs::read_to_string(self.folder.path().join(output).join("results.jsonl")).unwrap();
         jsonl.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     }
 
     fn csv(&self, output: &str) -> Vec<String> {
-        let csv = fs::read_to_string(self.folder.path().join(output).join("pairs.csv")).unwrap();
+        let csv = fs::read_to_string(self.folder.path().join(output).join("results.csv")).unwrap();
         csv.lines().map(str::to_owned).collect()
     }
 }
@@ -66,7 +66,7 @@ fn a_stopped_evaluation_resumes_and_pairs_with_a_bad_file_are_rows() {
 
     // As if the program had been killed in the middle of its last row: what is whole is kept to the last bit.
     fs::write(&scan, bytes).unwrap();
-    let jsonl = bench.folder.path().join("out/pairs.jsonl");
+    let jsonl = bench.folder.path().join("out/results.jsonl");
     let whole = fs::read_to_string(&jsonl).unwrap();
     fs::write(&jsonl, whole.clone() + "{\"dataset\":\"u3m-l").unwrap();
     let second = bench.evaluate("out", &[]);

@@ -38,6 +38,7 @@ pub struct RansacConfig {
     pub iterations: u64,
     /// Corresponding edges of a sample are at least this similar, shorter over longer (usually 0.9).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "congruent_geometry::numbers::optional_probability")]
     pub edge_similarity: Option<f64>,
     /// The points of a sample are farther apart than this in the source.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -54,6 +55,7 @@ pub struct RansacConfig {
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct AdaptiveStopConfig {
     /// How likely it must be, below one.
+    #[serde(deserialize_with = "congruent_geometry::numbers::probability")]
     pub confidence: f64,
     /// Residuals below it are inliers.
     pub threshold: Length,
@@ -70,6 +72,7 @@ pub struct TwoPointConfig {
     /// Whether the angles of the axes are compared.
     pub angle_test: AngleTest,
     /// The angle between the two axes may differ by this much between the scans, degrees.
+    #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub max_angle_deg: f64,
 }
 

@@ -17,6 +17,7 @@ mod length;
 mod mesh;
 mod nearest_table;
 mod normals;
+pub mod numbers;
 mod ordered;
 mod orientation;
 mod outer_sum;

@@ -27,7 +27,8 @@ pub struct NearestConfig {}
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct RatioConfig {
     /// Share kept, above 0 and at most 1 (the paper: 0.3).
-    pub keep: Share,
+    #[serde(deserialize_with = "congruent_geometry::numbers::share")]
+    pub keep: f64,
 }
 
 /// Settings of `[matcher.mutual]`.
@@ -46,31 +47,9 @@ pub struct TopKConfig {
     pub k: usize,
 }
 
-/// A number above 0 and at most 1.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "f64", into = "f64")]
-pub struct Share(f64);
-
-impl TryFrom<f64> for Share {
-    type Error = String;
-    fn try_from(value: f64) -> Result<Self, String> {
-        if value > 0.0 && value <= 1.0 {
-            Ok(Share(value))
-        } else {
-            Err(format!("{value} is not a share: write a number above 0 and at most 1"))
-        }
-    }
-}
-
-impl From<Share> for f64 {
-    fn from(share: Share) -> f64 {
-        share.0
-    }
-}
-
 impl Default for RatioConfig {
     fn default() -> Self {
-        RatioConfig { keep: Share(0.3) }
+        RatioConfig { keep: 0.3 }
     }
 }
 
@@ -98,7 +77,7 @@ impl MatcherConfig {
     pub fn build(&self) -> Box<dyn Matcher> {
         match self {
             MatcherConfig::Nearest(NearestConfig {}) => Box::new(Nearest),
-            MatcherConfig::Ratio(c) => Box::new(RatioRanked { keep: c.keep.0 }),
+            MatcherConfig::Ratio(c) => Box::new(RatioRanked { keep: c.keep }),
             MatcherConfig::Mutual(c) => Box::new(Mutual { limit: c.limit }),
             MatcherConfig::TopK(c) => Box::new(TopK { k: c.k }),
         }

@@ -54,6 +54,7 @@ pub struct QuantileConfig {
     /// Residuals below it are inliers (the paper's `t`).
     pub threshold: Length,
     /// Weight of inliers against outliers, between 0 and 1 (the paper: 0.9).
+    #[serde(deserialize_with = "congruent_geometry::numbers::probability")]
     pub m: f64,
 }
 

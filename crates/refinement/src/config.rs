@@ -34,6 +34,7 @@ pub struct PointToPlaneConfig {
     /// Points of the source that are used in a round.
     pub points: usize,
     /// Normals must agree at least so well (cosine).
+    #[serde(deserialize_with = "congruent_geometry::numbers::cosine")]
     pub min_normal_cosine: f64,
 }
 
@@ -52,8 +53,10 @@ pub struct GicpConfig {
     /// Points of the source that are used in a round.
     pub points: usize,
     /// Normals must agree at least so well (cosine).
+    #[serde(deserialize_with = "congruent_geometry::numbers::cosine")]
     pub min_normal_cosine: f64,
     /// Variance of a point along its normal, for a variance of one along the surface.
+    #[serde(deserialize_with = "congruent_geometry::numbers::positive")]
     pub flatness: f64,
 }
 

@@ -47,7 +47,7 @@ pub(crate) struct PageArgs {
 pub(crate) struct EvaluateArgs {
     #[command(flatten)]
     pub(crate) dataset: DatasetArgs,
-    /// Where to write pairs.csv, pairs.jsonl, config.toml and summary.txt
+    /// Where to write results.csv, results.jsonl, config.toml and summary.txt
     #[arg(short, long, value_name = "DIR", required_unless_present = "show")]
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]

@@ -1,7 +1,9 @@
 //! The parts of a batch that was run with `--shard`, joined.
 
-use super::results::{CONFIGURATION, ROWS, Run, put, read_rows};
+use super::results::{CONFIGURATION, ROWS, Run, put};
+use super::row::Row;
 use crate::args::MergeArgs;
+use crate::journal::read_rows;
 use crate::output;
 use anyhow::{Context, Result, bail};
 use congruent_io::write_file;
@@ -16,7 +18,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<ExitCode> {
         if let Some(difference) = first.difference(&Run::read(part)?) {
             bail!("{}: is not of the same run as {}: {difference}", part.display(), args.parts[0].display());
         }
-        for row in read_rows(&part.join(ROWS))? {
+        for row in read_rows::<Row>(&part.join(ROWS))? {
             if !ids.insert(row.id.clone()) {
                 bail!("{}: the pair `{}` is in two parts; name each shard once", part.display(), row.id);
             }

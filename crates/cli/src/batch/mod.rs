@@ -23,6 +23,7 @@ pub(crate) use merge::merge;
 pub(crate) use work::Share;
 
 use crate::args::BatchArgs;
+use crate::fingerprint::fnv;
 use crate::layers::{self, Sources};
 use crate::output;
 use anyhow::{Result, bail};
@@ -157,9 +158,4 @@ fn on_interrupt() -> Result<Arc<AtomicBool>> {
 pub(crate) fn hash_of(config: &PipelineConfig) -> String {
     let text = toml::to_string(config).expect("a configuration can be written as TOML");
     format!("{:016x}", fnv(text.as_bytes()))
-}
-
-/// FNV-1a, 64 bits: named here because it must never change.
-fn fnv(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
 }

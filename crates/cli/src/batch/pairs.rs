@@ -1,7 +1,7 @@
 //! Which scans make a pair.
 
-use super::fnv;
 use super::input::ScanFile;
+use crate::fingerprint::fnv;
 use anyhow::{Result, bail};
 use congruent_geometry::RigidTransform;
 use congruent_geometry::random::Stream;

@@ -4,15 +4,15 @@ use super::pairs::Job;
 use super::row::{Row, Status};
 use super::survey::Survey;
 use super::work::Share;
-use super::{columns, fnv, hash_of};
-use anyhow::{Context, Result, anyhow, bail};
+use super::{columns, hash_of};
+use crate::fingerprint::fnv;
+use crate::journal::{Journal, read_rows, write_rows};
+use anyhow::{Context, Result, bail};
 use congruent_io::write_file;
 use congruent_pipeline::PipelineConfig;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashSet};
-use std::fs::{File, OpenOptions};
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 /// One row a line, as they end; sorted by id when the run has ended.
@@ -94,7 +94,7 @@ impl Run {
 /// Rows that are there, and a file for those to come.
 pub(super) struct Results {
     earlier: HashSet<String>,
-    log: Mutex<Log>,
+    log: Mutex<Journal>,
 }
 
 impl Results {
@@ -102,7 +102,7 @@ impl Results {
     pub(super) fn open(folder: &Path, run: Run, config: &PipelineConfig, resume: bool) -> Result<Results> {
         std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot be created", folder.display()))?;
         let rows = folder.join(ROWS);
-        let earlier = if rows.exists() {
+        let earlier: Vec<Row> = if rows.exists() {
             if !resume {
                 bail!("{}: there are results already; go on with --resume, or take another folder", rows.display());
             }
@@ -114,18 +114,15 @@ impl Results {
                 let [part, of] = before.shard;
                 bail!("{}: cannot be resumed: it holds shard {part}/{of}; say --shard {part}/{of}", folder.display());
             }
-            let kept = read_rows(&rows)?;
-            // What stands after the last whole row is gone for good, so that the next one begins a line.
-            let text: String = kept.iter().map(|row| row.json() + "\n").collect();
-            write_file(&rows, text.as_bytes())?;
-            kept.into_iter().map(|row| row.id).collect()
+            read_rows(&rows)?
         } else {
             run.write(folder)?;
             let text = toml::to_string(config).context("the configuration cannot be written as TOML")?;
             write_file(&folder.join(CONFIGURATION), text.as_bytes())?;
-            HashSet::new()
+            Vec::new()
         };
-        Ok(Results { earlier, log: Mutex::new(Log::open(&rows)?) })
+        let log = Mutex::new(Journal::begin(&rows, &earlier, "go on with --resume")?);
+        Ok(Results { earlier: earlier.into_iter().map(|row| row.id).collect(), log })
     }
 
     pub(super) fn has(&self, id: &str) -> bool {
@@ -134,7 +131,7 @@ impl Results {
 
     /// Writes one row, so that it is there whatever happens next.
     pub(super) fn append(&self, row: &Row) -> Result<()> {
-        self.log.lock().unwrap_or_else(PoisonError::into_inner).append(&(row.json() + "\n"))
+        self.log.lock().unwrap_or_else(PoisonError::into_inner).append(row)
     }
 
     /// Sorts the rows, and writes the tables.
@@ -142,47 +139,6 @@ impl Results {
         drop(self.log);
         put(folder, read_rows(&folder.join(ROWS))?)
     }
-}
-
-/// A file that grows by whole lines.
-struct Log {
-    path: PathBuf,
-    file: File,
-    /// Length of what was written whole, bytes.
-    whole: u64,
-}
-
-impl Log {
-    fn open(path: &Path) -> Result<Log> {
-        let opened = OpenOptions::new().create(true).append(true).open(path);
-        let opened = opened.and_then(|file| file.metadata().map(|metadata| (file, metadata.len())));
-        let (file, whole) = opened.with_context(|| format!("{}: cannot be written", path.display()))?;
-        Ok(Log { path: path.to_owned(), file, whole })
-    }
-
-    fn append(&mut self, line: &str) -> Result<()> {
-        let written = self.file.write_all(line.as_bytes());
-        if written.is_err() {
-            // A disk that is full takes a part of the line: without it, a shorter row that fits still begins a line.
-            drop(self.file.set_len(self.whole));
-        }
-        let way_out = "free some room, then go on with --resume; the rows before are kept";
-        written.with_context(|| format!("{}: cannot be written; {way_out}", self.path.display()))?;
-        self.whole += line.len() as u64;
-        Ok(())
-    }
-}
-
-/// All whole rows. A last line that was cut by a kill is left out; any other bad line is an error.
-pub(super) fn read_rows(path: &Path) -> Result<Vec<Row>> {
-    let bytes = std::fs::read(path).with_context(|| format!("{}: cannot be read", path.display()))?;
-    // Only what ends with a line break is whole; a cut may also be inside a character.
-    let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
-    let text = String::from_utf8_lossy(&bytes[..whole]);
-    let line = |(number, line): (usize, &str)| {
-        serde_json::from_str(line).map_err(|error| anyhow!("{}: line {number}: {error}; remove it", path.display()))
-    };
-    (1..).zip(text.lines()).map(line).collect()
 }
 
 /// All rows of a folder.
@@ -193,11 +149,10 @@ pub(super) fn all_rows(folder: &Path) -> Result<Vec<Row>> {
 /// Puts sorted rows and the tables in place.
 pub(super) fn put(folder: &Path, mut rows: Vec<Row>) -> Result<Summary> {
     rows.sort_by(|a, b| a.id.cmp(&b.id));
-    let lines: String = rows.iter().map(|row| row.json() + "\n").collect();
     write_file(&folder.join(TABLE), columns::csv(&rows).as_bytes())?;
     #[cfg(feature = "parquet")]
     write_file(&folder.join(PARQUET), &super::parquet::encode(&rows)?)?;
-    write_file(&folder.join(ROWS), lines.as_bytes())?;
+    write_rows(&folder.join(ROWS), &rows)?;
     Ok(Summary::of(&rows))
 }
 
@@ -258,7 +213,7 @@ mod tests {
         results.append(&broken("a")).unwrap();
         let summary = results.finish(folder).unwrap();
         assert_eq!((summary.rows, summary.errors), (2, 2));
-        let ids: Vec<String> = read_rows(&rows).unwrap().into_iter().map(|row| row.id).collect();
+        let ids: Vec<String> = read_rows(&rows).unwrap().into_iter().map(|row: Row| row.id).collect();
         assert_eq!(ids, ["a", "b"]);
         assert_eq!(std::fs::read_to_string(folder.join(TABLE)).unwrap().lines().count(), 3);
     }
@@ -280,13 +235,5 @@ mod tests {
             assert!(message.contains(expected), "{message}");
         }
         open(run(), true).unwrap();
-    }
-
-    #[test]
-    fn a_bad_line_that_is_not_the_last_is_named() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join(ROWS);
-        std::fs::write(&path, format!("{}\nnonsense\n{}\n", broken("a").json(), broken("b").json())).unwrap();
-        assert!(read_rows(&path).unwrap_err().to_string().contains("line 2"));
     }
 }

@@ -7,6 +7,7 @@ mod simulated;
 
 use crate::args::CalibrateArgs;
 use crate::commands::on_threads;
+use crate::fingerprint::fingerprint;
 use crate::progress::Bar;
 use crate::{configuration, output};
 use anyhow::{Context, Result, bail};
@@ -55,13 +56,15 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode> {
     let datasets: Vec<Dataset> =
         args.datasets.iter().map(|path| Ok(read_dataset(path, None)?)).collect::<Result<_>>()?;
     let trials = trials(args, &datasets, config.seed);
-    let mut rows = Rows::open(&args.output)?;
+    let made_by = fingerprint(&[env!("CARGO_PKG_VERSION"), &toml::to_string(&config)?]);
+    let mut rows = Rows::open(&args.output, made_by)?;
     let credulous = DenseVerdictConfig { min_confidence: BELIEVABLE.min(verdict.min_confidence), ..verdict.clone() };
     let looking = PipelineConfig { verdict: VerdictConfig::Dense(credulous), ..config.clone() };
     let errors = on_threads(args.run.threads, || register_all(&trials, &looking, &mut rows))??;
-    let validation = Validation::new(rows.all(), verdict);
+    let rows = rows.of(trials.iter().map(|trial| trial.id.as_str()));
+    let validation = Validation::new(&rows, verdict);
     let figures = validation.to_string();
-    write_file(&args.output.join("calibration.toml"), calibration_file(&validation, rows.all().len())?.as_bytes())?;
+    write_file(&args.output.join("calibration.toml"), calibration_file(&validation)?.as_bytes())?;
     write_file(&args.output.join("calibration.md"), figures.as_bytes())?;
     output::data(figures.trim_end());
     Ok(if errors == 0 { ExitCode::SUCCESS } else { ExitCode::from(SOME_ERRORS) })
@@ -117,7 +120,8 @@ fn error_pr(scans: Pair<&Scan>, truth: &RigidTransform, pose: &RigidTransform) -
 }
 
 /// The coefficients as a file, with what they come from.
-fn calibration_file(validation: &Validation<'_>, n_rows: usize) -> Result<String> {
+fn calibration_file(validation: &Validation<'_>) -> Result<String> {
+    let n_rows = validation.learnt_from();
     let (right_said, said, right) = validation.believed();
     Ok(format!(
         "# Logistic model of a right answer, made by `congruent calibrate` from {n_rows} pairs.\n# Cross-validated: AUC {:.4}; {right_said} of {said} said ok are right, {right_said} of {right} right ones are said ok.\n{}",

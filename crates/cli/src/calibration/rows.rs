@@ -1,67 +1,83 @@
 //! The rows of a calibration on disk: written as they come, found again after an interruption.
 
+use crate::journal::{Journal, read_rows};
 use anyhow::{Context, Result};
 use congruent_evaluation::calibration::CalibrationRow;
-use congruent_io::write_file;
-use std::collections::BTreeSet;
-use std::fs::{File, OpenOptions};
-use std::io::Write;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 const FILE: &str = "rows.jsonl";
 
+/// A line of the file.
+#[derive(Serialize, Deserialize)]
+struct Line {
+    /// Version, configuration and seed that the row comes from.
+    made_by: String,
+    #[serde(flatten)]
+    row: CalibrationRow,
+}
+
+/// Rows by the names of their pairs. Those that another version, configuration or seed has made stay in the file and count
+/// for nothing.
 pub(super) struct Rows {
-    rows: Vec<CalibrationRow>,
-    ids: BTreeSet<String>,
-    file: File,
+    made_by: String,
+    rows: BTreeMap<String, CalibrationRow>,
+    journal: Journal,
 }
 
 impl Rows {
-    /// The rows of a directory, ready for more; a last line that was cut off is left out.
-    pub(super) fn open(directory: &Path) -> Result<Rows> {
+    /// The rows of a directory, ready for more; `made_by` stands for all that a row depends on besides its pair.
+    pub(super) fn open(directory: &Path, made_by: String) -> Result<Rows> {
         std::fs::create_dir_all(directory).with_context(|| format!("{}: cannot be created", directory.display()))?;
         let path = directory.join(FILE);
-        let text = if path.exists() {
-            std::fs::read_to_string(&path).with_context(|| path.display().to_string())?
-        } else {
-            String::new()
-        };
-        let lines: Vec<&str> = text.lines().collect();
-        let mut rows: Vec<CalibrationRow> = Vec::with_capacity(lines.len());
-        for (number, line) in (1..).zip(&lines) {
-            match serde_json::from_str(line) {
-                Ok(row) => rows.push(row),
-                Err(_) if number == lines.len() => {}
-                Err(error) => {
-                    return Err(error).with_context(|| {
-                        format!("{}: line {number} is no row; remove it or choose another directory", path.display())
-                    });
-                }
-            }
-        }
-        let whole: String = rows.iter().map(|row| json(row) + "\n").collect();
-        write_file(&path, whole.as_bytes())?;
-        let file = OpenOptions::new().append(true).open(&path).with_context(|| path.display().to_string())?;
-        Ok(Rows { ids: rows.iter().map(|row| row.id.clone()).collect(), rows, file })
-    }
-
-    pub(super) fn all(&self) -> &[CalibrationRow] {
-        &self.rows
+        let lines: Vec<Line> = if path.exists() { read_rows(&path)? } else { Vec::new() };
+        let journal = Journal::begin(&path, &lines, "run it again")?;
+        let ours = lines.into_iter().filter(|line| line.made_by == made_by);
+        let rows = ours.map(|line| (line.row.id.clone(), line.row)).collect();
+        Ok(Rows { made_by, rows, journal })
     }
 
     pub(super) fn has(&self, id: &str) -> bool {
-        self.ids.contains(id)
+        self.rows.contains_key(id)
+    }
+
+    /// The rows of these pairs, as far as they are there.
+    pub(super) fn of<'i>(&self, ids: impl Iterator<Item = &'i str>) -> Vec<CalibrationRow> {
+        ids.filter_map(|id| self.rows.get(id).cloned()).collect()
     }
 
     /// Adds a row, on disk first.
     pub(super) fn add(&mut self, row: CalibrationRow) -> Result<()> {
-        writeln!(self.file, "{}", json(&row)).context("a row cannot be written; check that the disk has room")?;
-        self.ids.insert(row.id.clone());
-        self.rows.push(row);
+        let line = Line { made_by: self.made_by.clone(), row };
+        self.journal.append(&line)?;
+        self.rows.insert(line.row.id.clone(), line.row);
         Ok(())
     }
 }
 
-fn json(row: &CalibrationRow) -> String {
-    serde_json::to_string(row).expect("numbers and strings can be written as JSON")
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use congruent_evaluation::calibration::Origin;
+
+    #[test]
+    fn a_row_of_another_configuration_is_made_again_and_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let open = |made_by: &str| Rows::open(folder.path(), made_by.to_owned()).unwrap();
+        let row = |id: &str| CalibrationRow {
+            id: id.to_owned(),
+            group: String::new(),
+            origin: Origin::Listed,
+            attempts: Vec::new(),
+        };
+        open("one").add(row("a")).unwrap();
+        let mut other = open("another");
+        assert!(!other.has("a"));
+        other.add(row("a")).unwrap();
+        other.add(row("b")).unwrap();
+        let one = open("one");
+        assert!(one.has("a") && !one.has("b"));
+        assert_eq!(open("another").of(["b", "c"].into_iter()).len(), 1, "only pairs that are asked for and there");
+    }
 }

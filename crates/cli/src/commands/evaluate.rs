@@ -4,6 +4,7 @@ use super::dataset::{Selected, names_of, select};
 use super::pages::write_pages;
 use super::{Loaded, load, on_threads, show};
 use crate::args::EvaluateArgs;
+use crate::fingerprint::fingerprint;
 use crate::progress::Bar;
 use crate::rows::Rows;
 use crate::{configuration, output};
@@ -45,6 +46,7 @@ fn run_into(args: &EvaluateArgs, directory: &Path) -> Result<ExitCode> {
     let mut rows = Rows::open(directory)?;
     congruent_io::write_file(&directory.join("config.toml"), text.as_bytes())?;
     on_threads(args.run.threads, || evaluate((&config, spoil), &configuration, &selected, &mut rows))??;
+    rows.write_table(directory)?;
 
     let ours = |set: &Selected| -> Vec<PairRow> {
         let wanted: Vec<String> = set.pairs.iter().map(|pair| name_of(&set.name, pair)).collect();
@@ -151,16 +153,8 @@ fn name_of(dataset: &str, pair: &TruePair) -> String {
     fingerprint(&[dataset, &pair.source, &pair.target, &truth])
 }
 
-/// FNV-1a: short, and the same on every machine.
-fn fingerprint(parts: &[&str]) -> String {
-    let bytes = parts.iter().flat_map(|part| part.bytes().chain([0]));
-    let hash =
-        bytes.fold(0xcbf2_9ce4_8422_2325u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
-    format!("{hash:016x}")
-}
-
 /// The rows of the configuration that was evaluated last.
-fn latest(rows: &Rows) -> Vec<PairRow> {
-    let last = rows.all().last().map(|row| row.configuration.clone());
-    rows.all().iter().filter(|row| Some(&row.configuration) == last.as_ref()).cloned().collect()
+fn latest(rows: &[PairRow]) -> Vec<PairRow> {
+    let last = rows.last().map(|row| row.configuration.clone());
+    rows.iter().filter(|row| Some(&row.configuration) == last.as_ref()).cloned().collect()
 }

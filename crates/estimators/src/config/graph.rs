@@ -14,8 +14,10 @@ pub struct PivotsConfig {
     /// Correspondences closer than this are not compared.
     pub min_distance: Length,
     /// The angle between two normals may differ by this much, radians.
+    #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub max_angle: f64,
     /// The cosine between a normal and the line to the other point may differ by this much.
+    #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub max_cosine: f64,
     /// What is taken off the graph first.
     pub pruning: Pruning,
@@ -32,14 +34,17 @@ pub struct SeedsConfig {
     /// Correspondences closer than this are not compared.
     pub min_distance: Length,
     /// The angle between two normals may differ by this much, radians.
+    #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub max_angle: f64,
     /// The cosine between a normal and the line to the other point may differ by this much.
+    #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub max_cosine: f64,
     /// What is taken off the graph first.
     pub pruning: Pruning,
     /// The source points of two seeds are farther apart than this.
     pub separation: Length,
     /// Seeds as a share of the correspondences, at most; each proposes one pose.
+    #[serde(deserialize_with = "congruent_geometry::numbers::share")]
     pub share: f64,
     /// Correspondences that a seed gathers, itself included.
     pub gathered: usize,
@@ -56,8 +61,10 @@ pub struct CliquesConfig {
     /// Correspondences closer than this are not compared.
     pub min_distance: Length,
     /// The angle between two normals may differ by this much, radians.
+    #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub max_angle: f64,
     /// The cosine between a normal and the line to the other point may differ by this much.
+    #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub max_cosine: f64,
     /// What is taken off the graph first.
     pub pruning: Pruning,

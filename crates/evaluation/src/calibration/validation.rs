@@ -38,6 +38,12 @@ impl<'a> Validation<'a> {
         Validation { rows, unseen, calibration: calibrated(rows, verdict, ridge), ridge }
     }
 
+    /// Pairs that the coefficients are fitted to.
+    #[must_use]
+    pub fn learnt_from(&self) -> usize {
+        self.rows.iter().filter(|row| row.teaches()).count()
+    }
+
     /// Area under the curve: how often a right answer has more confidence than a wrong one.
     #[must_use]
     pub fn auc(&self) -> f64 {

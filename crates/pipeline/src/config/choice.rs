@@ -38,6 +38,7 @@ pub struct DenseConfig {
     /// And after it.
     pub overlap_distance: Length,
     /// If their normals agree at least so well (cosine).
+    #[serde(deserialize_with = "congruent_geometry::numbers::cosine")]
     pub min_normal_cosine: f64,
     /// A point hovers before a surface from this distance …
     pub hover_from: Length,
@@ -46,8 +47,10 @@ pub struct DenseConfig {
     /// A point this far before what the other scanner saw would have hidden it.
     pub occlusion_depth: Length,
     /// Decline of the score with the share of hovering points.
+    #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub hover_weight: f64,
     /// Decline of the score with the share of hiding points.
+    #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub occlusion_weight: f64,
     /// Points of each scan that are looked at.
     pub points: usize,
@@ -74,8 +77,10 @@ pub struct AContrarioConfig {
     /// Residuals below it are inliers.
     pub inlier_threshold: Length,
     /// Random poses as good as this one that may be expected among all trials.
+    #[serde(deserialize_with = "congruent_geometry::numbers::positive")]
     pub max_false_alarms: f64,
     /// Stiffness that every direction must have; in a looser one the surfaces slide on each other.
+    #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub min_stiffness: f64,
 }
 
@@ -84,15 +89,20 @@ pub struct AContrarioConfig {
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct DenseVerdictConfig {
     /// Confidence from which a pose is believed, 0 to 1.
+    #[serde(deserialize_with = "congruent_geometry::numbers::probability")]
     pub min_confidence: f64,
     /// Stiffness that every direction must have; in a looser one the surfaces slide on each other.
+    #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub min_stiffness: f64,
     /// A really different pose with more than this share of the best score may make the answer ambiguous.
+    #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub rival_score: f64,
     /// So may one with more than this score, however good the best is: parts of a facade that lie on other parts.
+    #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub rival_alone: f64,
     /// It does, unless its odds by the surfaces alone, once it is refined like the answer, are less than the answer's by this
     /// factor.
+    #[serde(deserialize_with = "congruent_geometry::numbers::positive")]
     pub rival_odds: f64,
     /// Coefficients of the confidence, as `congruent calibrate` writes them; those that come with the program if not given.
     #[serde(skip_serializing_if = "Calibration::is_default")]

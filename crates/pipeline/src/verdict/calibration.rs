@@ -68,21 +68,29 @@ impl Predictors {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Calibration {
     /// Log odds where all terms are zero.
+    #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub intercept: f64,
     /// Per natural logarithm of how many times smaller than 0.05 the score is.
+    #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub ln_smallness: f64,
     /// Per `pr` of mean distance where the surfaces touch.
+    #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub residual: f64,
     /// Per share of points that touch with normals that disagree.
+    #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub disagreeing: f64,
     /// Per share of points that contradict.
+    #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub contradictions: f64,
     /// Per natural logarithm of the powers of ten by which random poses are excluded, one more: each says less than the one before.
+    #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub ln_powers_of_ten: f64,
     /// Per natural logarithm of the stiffness of the loosest direction.
+    #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub ln_stiffness: f64,
     /// Per radian of mean angle between the normals where the surfaces touch: like the share that disagree, it says how noisy the
     /// scans are, and so how far apart right surfaces may lie.
+    #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub normal_angle: f64,
 }
 

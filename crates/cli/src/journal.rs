@@ -1,0 +1,101 @@
+//! Rows on disk: each is a line of JSON, there as soon as it is made, and found again after an interruption.
+
+use anyhow::{Context, Result, anyhow};
+use congruent_io::write_file;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// A file of rows that grows by whole lines.
+pub(crate) struct Journal {
+    path: PathBuf,
+    file: File,
+    /// Length of what was written whole, bytes.
+    whole: u64,
+    /// What a user does to go on after a disk was full.
+    way_on: &'static str,
+}
+
+impl Journal {
+    /// Puts `rows` into a file, in place of what it holds, and waits for more.
+    pub(crate) fn begin<T: Serialize>(path: &Path, rows: &[T], way_on: &'static str) -> Result<Journal> {
+        // What stood after the last whole row is gone for good, so that the next one begins a line.
+        write_rows(path, rows)?;
+        let opened = OpenOptions::new().append(true).open(path);
+        let opened = opened.and_then(|file| file.metadata().map(|metadata| (file, metadata.len())));
+        let (file, whole) = opened.with_context(|| format!("{}: cannot be written", path.display()))?;
+        Ok(Journal { path: path.to_owned(), file, whole, way_on })
+    }
+
+    /// Writes one row, so that it is there whatever happens next.
+    pub(crate) fn append<T: Serialize>(&mut self, row: &T) -> Result<()> {
+        let line = line(row);
+        let written = self.file.write_all(line.as_bytes());
+        if written.is_err() {
+            // A disk that is full takes a part of the line: without it, a shorter row that fits still begins a line.
+            drop(self.file.set_len(self.whole));
+        }
+        written.with_context(|| {
+            let way_on = self.way_on;
+            format!(
+                "{}: cannot be written; free some room, then {way_on}; the rows before are kept",
+                self.path.display()
+            )
+        })?;
+        self.whole += line.len() as u64;
+        Ok(())
+    }
+}
+
+/// All whole rows. A last line that was cut by a kill is left out; any other bad line is an error.
+pub(crate) fn read_rows<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
+    let bytes = std::fs::read(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    // Only what ends with a line break is whole; a cut may also be inside a character.
+    let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
+    let text = String::from_utf8_lossy(&bytes[..whole]);
+    let row = |(number, line): (usize, &str)| {
+        serde_json::from_str(line)
+            .map_err(|error| anyhow!("{}: line {number} is no row: {error}; remove it", path.display()))
+    };
+    (1..).zip(text.lines()).map(row).collect()
+}
+
+/// Writes a file of rows.
+pub(crate) fn write_rows<T: Serialize>(path: &Path, rows: &[T]) -> Result<()> {
+    let text: String = rows.iter().map(line).collect();
+    Ok(write_file(path, text.as_bytes())?)
+}
+
+fn line<T: Serialize>(row: &T) -> String {
+    serde_json::to_string(row).expect("numbers, strings and lists can be written as JSON") + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_cut_off_is_left_out_and_the_next_row_begins_a_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rows.jsonl");
+        // The cut is inside a character.
+        let mut bytes = "\"a\"\n\"\u{e9}\"\n".as_bytes().to_vec();
+        bytes.extend(&"\"\u{e9}".as_bytes()[..2]);
+        std::fs::write(&path, &bytes).unwrap();
+        let rows: Vec<String> = read_rows(&path).unwrap();
+        assert_eq!(rows, ["a", "\u{e9}"]);
+        Journal::begin(&path, &rows, "").unwrap().append(&"b").unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "\"a\"\n\"\u{e9}\"\n\"b\"\n");
+    }
+
+    #[test]
+    fn a_bad_line_that_is_not_the_last_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rows.jsonl");
+        std::fs::write(&path, "\"a\"\nnonsense\n\"b\"\n").unwrap();
+        let message = read_rows::<String>(&path).unwrap_err().to_string();
+        assert!(message.contains("rows.jsonl: line 2 is no row") && message.contains("remove it"), "{message}");
+    }
+}

@@ -1,0 +1,64 @@
+//! What a number in a configuration may be, for `#[serde(deserialize_with = "…")]`. Not-a-numbers are never let in.
+
+use serde::de::{Deserialize, Deserializer, Error};
+
+/// Above 0 and at most 1.
+///
+/// # Errors
+/// Any other number.
+pub fn share<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    checked(from, |v| v > 0.0 && v <= 1.0, "is not a share: write a number above 0 and at most 1")
+}
+
+/// From 0 to 1.
+///
+/// # Errors
+/// Any other number.
+pub fn probability<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    checked(from, |v| (0.0..=1.0).contains(&v), "is out of range: write a number from 0 to 1")
+}
+
+/// From −1 to 1.
+///
+/// # Errors
+/// Any other number.
+pub fn cosine<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    checked(from, |v| (-1.0..=1.0).contains(&v), "is no cosine: write a number from -1 to 1")
+}
+
+/// Above 0 and finite.
+///
+/// # Errors
+/// Any other number.
+pub fn positive<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    checked(from, |v| v > 0.0 && v.is_finite(), "is out of range: write a number above 0")
+}
+
+/// 0 or more, and finite.
+///
+/// # Errors
+/// Any other number.
+pub fn not_negative<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    checked(from, |v| v >= 0.0 && v.is_finite(), "is out of range: write 0 or a number above")
+}
+
+/// Any finite number.
+///
+/// # Errors
+/// Any other.
+pub fn finite<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    checked(from, f64::is_finite, "is not a finite number")
+}
+
+/// A [`probability`] that may be left out.
+///
+/// # Errors
+/// Any other number.
+pub fn optional_probability<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
+    probability(from).map(Some)
+}
+
+fn checked<'de, D: Deserializer<'de>>(from: D, is_fine: impl Fn(f64) -> bool, fault: &str) -> Result<f64, D::Error> {
+    let value = f64::deserialize(from)?;
+    if is_fine(value) { Ok(value) } else { Err(D::Error::custom(format!("{value} {fault}"))) }
+}
