@@ -69,6 +69,9 @@ fn two_objects_are_two_components_and_a_broken_scan_is_named() {
     }
     std::fs::write(folder.path().join("broken.ply"), "ply\nformat ascii 1.0\nelement vertex 9\n").unwrap();
     std::fs::create_dir(folder.path().join("drawer.ply")).unwrap();
+    let onto_itself = reconstruct(folder.path(), folder.path(), &[]);
+    let said = String::from_utf8(onto_itself.stderr).unwrap();
+    assert!(onto_itself.status.code() == Some(2) && said.contains("choose another folder"), "{said}");
     let output = reconstruct(folder.path(), out.path(), &["--voxel", "3u"]);
     let (result, remarks) = (json(&output), String::from_utf8(output.stderr.clone()).unwrap());
     assert_eq!(output.status.code(), Some(1), "{remarks}");

@@ -13,9 +13,9 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "kebab-case")]
 pub enum FpfhVariant {
     /// The neighbours' histograms only; each block sums to 100.
-    #[default]
     Pcl,
     /// The keypoint's own added to that; each block sums to 200.
+    #[default]
     Open3d,
 }
 
@@ -31,7 +31,7 @@ pub struct FpfhConfig {
 
 impl Default for FpfhConfig {
     fn default() -> Self {
-        FpfhConfig { radius: Length::Resolutions(15.0), variant: FpfhVariant::Pcl }
+        FpfhConfig { radius: Length::Resolutions(15.0), variant: FpfhVariant::Open3d }
     }
 }
 

@@ -22,7 +22,7 @@ pub struct RawScan {
 pub struct Dropped {
     /// Points with a coordinate that is NaN or infinite.
     pub non_finite: usize,
-    /// Points at exactly the place of an earlier one.
+    /// Points at exactly the place of an earlier one, or within 10⁻¹² of the extent of it.
     pub duplicates: usize,
 }
 
@@ -77,6 +77,7 @@ impl Scan {
             return Err(ScanError::Extent { extent });
         }
         let origin = low * 0.5 + high * 0.5;
+        let distinguish = snapping(extent);
 
         let mut dropped = Dropped::default();
         let mut place: FxHashMap<[u32; 3], u32> =
@@ -90,7 +91,7 @@ impl Scan {
                 continue;
             }
             // Adding zero turns -0 into +0, so that equal numbers have equal bits.
-            let point = narrow(&(Vector3::from(*p) - origin)).map(|v| v + 0.0);
+            let point = narrow(&(Vector3::from(*p) - origin).map(&distinguish)).map(|v| v + 0.0);
             let next = points.len() as u32;
             let at = *place.entry(point.map(f32::to_bits)).or_insert(next);
             new_index[i] = at;
@@ -190,9 +191,19 @@ fn renumbered(triangle: &[u32; 3], new_index: &[u32]) -> Option<[u32; 3]> {
     whole.then_some([a, b, c])
 }
 
+/// Rounds coordinates to multiples of about 10⁻¹² of the extent, so that the squared distance between any two points that are
+/// different is above zero in `f32` (numbers around zero are far finer than that). All others have fewer digits anyway.
+fn snapping(extent: f64) -> impl Fn(f64) -> f64 {
+    let step = extent.log2().floor().exp2() * 2f64.powi(-40);
+    // The sum has no digits below a step.
+    let shift = 1.5 * 2f64.powi(52) * step;
+    move |v| (v + shift) - shift
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::without_strays;
 
     fn cloud(points: &[[f64; 3]]) -> RawScan {
         RawScan { points: points.to_vec(), ..RawScan::default() }
@@ -251,5 +262,20 @@ mod tests {
         let at = |x: f64| [4.5e6 + x, 5.4e5, 300.0];
         let scan = Scan::new(&cloud(&[at(0.0), at(0.001), at(100.0)])).unwrap();
         assert!((scan.points()[1][0] - scan.points()[0][0] - 0.001).abs() < 1e-5);
+    }
+
+    #[test]
+    fn points_whose_distance_is_nothing_in_single_precision_are_one() {
+        for extent in [1e-9, 2.0, 1e12] {
+            let half = 0.5 * extent;
+            let points = vec![[half, 0.0, 0.0], [half, 1e-30, 0.0], [-half, 0.0, 0.0], [-half, 0.0, 1e-15 * extent]];
+            let pairs = Scan::new(&RawScan { points: points.clone(), ..RawScan::default() });
+            assert_eq!(pairs.unwrap_err(), ScanError::TooFewPoints { distinct: 2, total: 4 });
+            let near = [[half, 2e-12 * extent, 0.0], [0.0, half, 0.0], [0.0, -half, 0.0]];
+            let scan = Scan::new(&RawScan { points: [points, near.to_vec()].concat(), ..RawScan::default() }).unwrap();
+            assert_eq!((scan.points().len(), scan.dropped().duplicates), (5, 2));
+            let measured = crate::resolution_sampled(scan.points(), 10).unwrap();
+            assert!(measured.median > 0.0 && without_strays(&scan, &measured).is_none());
+        }
     }
 }

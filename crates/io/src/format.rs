@@ -61,6 +61,14 @@ impl Format {
     /// The name settles what the content leaves open: an STL file of the wrong size, an OBJ file with unusual first
     /// lines.
     pub(crate) fn recognise(path: &Path, bytes: &[u8]) -> Result<Format, IoError> {
+        // Its lines look like points, but the first ten are a scanner's position and a pose.
+        if extension(path).eq_ignore_ascii_case("ptx") {
+            return Err(IoError::UnknownFormat {
+                path: path.to_owned(),
+                extension: extension(path),
+                supported: Format::SUPPORTED.into(),
+            });
+        }
         let by_content = Format::BY_CONTENT.into_iter().find(|format| format.matches(bytes));
         let by_name = || Format::asked_for(path).filter(|format| matches!(format, Format::Stl | Format::Obj));
         by_content.or_else(by_name).ok_or_else(|| IoError::UnknownFormat {

@@ -113,6 +113,25 @@ impl Default for MetricConfig {
 }
 
 impl MetricConfig {
+    /// Whether it measures the clouds and not the correspondences.
+    #[must_use]
+    pub fn needs_clouds(&self) -> bool {
+        match self {
+            MetricConfig::PointDistance(_) | MetricConfig::OverlappedPoints(_) | MetricConfig::SoftOverlap(_) => true,
+            MetricConfig::InlierCount(_)
+            | MetricConfig::Mae(_)
+            | MetricConfig::Mse(_)
+            | MetricConfig::LogCosh(_)
+            | MetricConfig::Exp(_)
+            | MetricConfig::Quantile(_)
+            | MetricConfig::NegQuantile(_)
+            | MetricConfig::Huber(_)
+            | MetricConfig::Msac(_)
+            | MetricConfig::Magsac(_)
+            | MetricConfig::SacIa(_) => false,
+        }
+    }
+
     /// The metric that these settings describe, for `clouds` of this resolution. Metrics over correspondences do not
     /// look at the clouds.
     #[must_use]

@@ -316,8 +316,11 @@ impl<'a> Chain<'a, '_> {
         });
         if let (Some(ranking), Some(answer)) = (ranking, &chosen.ranked) {
             let best = answer.score.value();
-            let close = chosen.others.iter().filter(|other| config.verdict.comes_close(other.score.value(), best));
-            judgement.rivals = close.copied().collect();
+            // Where only a guess was looked at, the other pose is the guess itself.
+            let is_rival = |other: &&Ranked| {
+                self.proposals == Proposals::Searched && config.verdict.comes_close(other.score.value(), best)
+            };
+            judgement.rivals = chosen.others.iter().filter(is_rival).copied().collect();
             if judgement.doubt.is_none() {
                 self.compare(&mut judgement, answer, prepared, evidence, ranking);
             }

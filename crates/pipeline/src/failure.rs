@@ -4,8 +4,8 @@
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Failure {
-    /// The voxel grid was too coarse for the scan.
-    #[error("the voxel grid left {left} points of a scan; lower sampling.voxel-grid.leaf")]
+    /// Sampling was too coarse for the scan.
+    #[error("sampling left {left} points of a scan, at least 3 are needed; choose smaller cells in [sampling]")]
     FewPoints {
         /// Points left.
         left: usize,
@@ -19,7 +19,9 @@ pub enum Failure {
         found: usize,
     },
     /// Too few matches to make a pose.
-    #[error("matching kept {kept} correspondences, at least 3 are needed; raise matcher.ratio.keep")]
+    #[error(
+        "matching kept {kept} correspondences, at least 3 are needed; let [matcher] keep more, or take scans that share more"
+    )]
     FewMatches {
         /// Correspondences kept.
         kept: usize,

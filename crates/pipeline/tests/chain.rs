@@ -11,8 +11,8 @@ use congruent_keypoints::{DetectorConfig, HarrisConfig, IssConfig, SupportFilter
 use congruent_matching::{MatcherConfig, RatioConfig};
 use congruent_metrics::{MetricConfig, ThresholdConfig};
 use congruent_pipeline::{
-    AContrarioConfig, Failure, NeighborhoodConfig, NormalsConfig, Pair, PipelineConfig, PoolConfig, RankingConfig,
-    Registration, SamplingConfig, Verdict, VerdictConfig, VoxelGridConfig, register,
+    AContrarioConfig, Failure, NeighborhoodConfig, NormalsConfig, Pair, PipelineConfig, PoolConfig, Prior,
+    RankingConfig, Registration, SamplingConfig, Verdict, VerdictConfig, VoxelGridConfig, refine, register,
 };
 use congruent_refinement::RefinementConfig;
 use congruent_simulation::nuisances::{add_noise, add_strays, moved, permuted, scaled};
@@ -310,9 +310,16 @@ fn a_box_fits_in_more_than_one_way() {
         });
         RawScan { points: looks.flat_map(|scan| scan.points).collect(), ..RawScan::default() }
     };
-    let found = run(&all_around(1), &all_around(2), &PipelineConfig::default());
+    let (source, target) = (all_around(1), all_around(2));
+    let found = run(&source, &target, &PipelineConfig::default());
     assert_eq!(found.verdict, Verdict::Ambiguous, "{found:?}");
     assert!(!found.alternatives.is_empty());
+    // Who has a guess has said which way.
+    let scans = [&source, &target].map(|scan| Scan::new(scan).unwrap());
+    let guess = Prior::guess(RigidTransform::identity());
+    let scans = Pair { source: &scans[0], target: &scans[1] };
+    let (refined, _) = refine(scans, &guess, &PipelineConfig::default(), &|_| ());
+    assert_eq!(refined.verdict, Verdict::Ok, "{refined:?}");
 }
 
 #[test]

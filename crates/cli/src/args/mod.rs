@@ -28,7 +28,6 @@ use std::path::PathBuf;
 #[command(
     name = "congruent",
     version,
-    about,
     // Lines are as long as they are, whatever other crates ask of clap.
     term_width = 0,
     after_help = "Exit codes: 0 done, 1 not registered (the verdict says why), 2 bad input or configuration, 130 interrupted."

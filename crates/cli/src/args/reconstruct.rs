@@ -1,7 +1,9 @@
 //! `reconstruct`: many scans into one frame.
 
 use super::batch::{bytes, duration};
+use super::stages::data_units;
 use super::{BatchArgs, PairChoice, RunArgs};
+use crate::batch::NEIGHBORS;
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -17,10 +19,10 @@ pub(crate) struct ReconstructArgs {
     #[arg(long, value_name = "CHOICE")]
     pub(crate) pairs: Option<PairChoice>,
     /// For --pairs auto: with how many of the most similar scans each one is paired
-    #[arg(long, value_name = "K", default_value = "8")]
+    #[arg(long, value_name = "K", default_value_t = NEIGHBORS, value_parser = clap::value_parser!(u32).range(1..))]
     neighbors: u32,
-    /// Thin the merged clouds with cells of this side, data units
-    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    /// Thin the merged clouds with cells of this side, in data units (0.5u)
+    #[arg(long, value_name = "LENGTH", value_parser = data_units)]
     pub(crate) voxel: Option<f64>,
     /// Print the result as JSON
     #[arg(long)]
@@ -55,9 +57,4 @@ impl ReconstructArgs {
             run: self.run.clone(),
         }
     }
-}
-
-fn length(text: &str) -> Result<f64, String> {
-    let length = text.trim_end_matches('u').parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
-    length.ok_or_else(|| "write a length above zero in data units, as in 0.5 or 0.5u".to_owned())
 }

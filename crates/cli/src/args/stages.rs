@@ -76,10 +76,10 @@ pub(crate) struct StageArgs {
 }
 
 /// A length that does not need a resolution.
-fn data_units(text: &str) -> Result<f64, String> {
+pub(super) fn data_units(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(Length::Units(units)) => Ok(units),
-        Ok(Length::Resolutions(_)) => Err("pr is what this option settles; write data units, as in 0.6u".to_owned()),
+        Ok(Length::Resolutions(_)) => Err("this length does not depend on pr; write data units, as in 0.6u".to_owned()),
         Err(error) => Err(error.to_string()),
     }
 }

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// Files of a folder that are taken for scans. The content decides whether they can be read.
-const SCANS: [&str; 12] = ["ply", "pcd", "obj", "stl", "off", "xyz", "pts", "ptx", "asc", "las", "laz", "e57"];
+const SCANS: [&str; 11] = ["ply", "pcd", "obj", "stl", "off", "xyz", "pts", "asc", "las", "laz", "e57"];
 /// The table in a folder.
 const TABLE: &str = "pairs.csv";
 /// The description of a data set in a folder.

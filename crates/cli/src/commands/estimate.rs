@@ -9,7 +9,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use congruent_geometry::{NeighborIndex, Point, RawScan, Surface, to_rows, uncentred};
 use congruent_io::{Place, read_matches, write_file};
 use congruent_matching::Correspondence;
-use congruent_metrics::{Evidence, MetricConfig};
+use congruent_metrics::Evidence;
 use congruent_pipeline::stages::{Prepared, estimate, evidence, evidence_near, prepare, test_against_chance};
 use congruent_pipeline::{Failure, Pair, PipelineConfig};
 use nalgebra::Vector3;
@@ -107,7 +107,7 @@ impl Input {
                 "the configured estimator needs reference frames; name the scans with --source and --target, or --set estimator=ransac"
             );
         }
-        if needs_surfaces(&config.metric) {
+        if config.metric.needs_clouds() {
             bail!(
                 "the configured metric looks at the whole scans; name them with --source and --target, or --set metric=mse"
             );
@@ -198,9 +198,4 @@ fn middle(pairs: &[[Place; 2]], side: usize) -> Vector3<f64> {
     let Some(first) = places.next() else { return Vector3::zeros() };
     let (low, high) = places.fold((first, first), |(low, high), p| (low.inf(&p), high.sup(&p)));
     low * 0.5 + high * 0.5
-}
-
-/// Whether a metric measures the scans and not the correspondences.
-fn needs_surfaces(metric: &MetricConfig) -> bool {
-    matches!(metric, MetricConfig::PointDistance(_) | MetricConfig::OverlappedPoints(_) | MetricConfig::SoftOverlap(_))
 }

@@ -6,7 +6,7 @@ use crate::output;
 use crate::reconstruct::{self, Surfaces};
 use anyhow::{Result, bail};
 use congruent_multiway::{Settings, reconstruct as solved};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Above so many scans not every pair is registered.
@@ -18,22 +18,16 @@ pub(crate) fn run(args: &ReconstructArgs) -> Result<ExitCode> {
     if !args.folder.is_dir() {
         bail!("{}: is no folder; name one that holds scans", args.folder.display());
     }
-    directories(&args.folder).iter().for_each(|path| {
-        output::remark(&format!("warning: {}: is a directory and not taken for a scan", path.display()));
-    });
-    let n_scans = Input::find(&args.folder, Some(PairChoice::All), None)?.scans.len();
+    let scans = Input::find(&args.folder, Some(PairChoice::All), None)?.scans;
+    let holds_scans =
+        |place: &Path| place.canonicalize().is_ok_and(|place| args.output.canonicalize().is_ok_and(|o| o == place));
+    if scans.iter().filter_map(|scan| scan.path.parent()).any(holds_scans) {
+        let output = args.output.display();
+        bail!("{output}: holds the scans, and the merged model would be taken for one; choose another folder for -o");
+    }
+    let n_scans = scans.len();
     let choice = if n_scans <= ALL_PAIRS_UP_TO { PairChoice::All } else { PairChoice::Auto };
     batch::run_then(&args.batch(args.pairs.unwrap_or(choice)), &|ended| reconstructed(args, ended))
-}
-
-/// Directories that are called like scans, wherever the scans are looked for.
-fn directories(folder: &Path) -> Vec<PathBuf> {
-    let entries =
-        [folder.to_owned(), folder.join("scans")].into_iter().filter_map(|place| std::fs::read_dir(place).ok());
-    let mut found: Vec<PathBuf> = entries.flatten().flatten().map(|entry| entry.path()).collect();
-    found.retain(|path| path.is_dir() && path.extension().is_some());
-    found.sort();
-    found
 }
 
 fn reconstructed(args: &ReconstructArgs, ended: &Ended<'_>) -> Result<ExitCode> {

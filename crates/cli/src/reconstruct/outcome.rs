@@ -165,7 +165,7 @@ fn problem(ended: &Ended<'_>, result: &Reconstruction, surfaces: &Surfaces, at: 
         return message.clone();
     }
     if surfaces.scan(at).is_none() {
-        return "the grid leaves too few points of it; lower sampling.voxel-grid.leaf".to_owned();
+        return "sampling leaves too few points of it; choose smaller cells in [sampling]".to_owned();
     }
     debug_assert!(result.components.iter().any(|members| members == &[at]));
     "no pose of it was believed or borne out by others; it may show something else, or overlap too little".to_owned()
