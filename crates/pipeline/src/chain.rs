@@ -3,10 +3,10 @@
 use crate::memory::{Memory, Sampled, Search, Setting};
 use crate::preparation::sample;
 use crate::prior::Bounds;
-use crate::ranking::{Fields, Ranked, Ranking};
+use crate::ranking::{Fields, Ranking};
 use crate::refining::{GUESS_RADIUS, drawn_in};
 use crate::stage::Clock;
-use crate::verdict::{Evident, Judgement, Significance};
+use crate::verdict::{Judgement, Significance};
 use crate::{
     Agreement, Counts, DenseConfig, Failure, Pair, PipelineConfig, RankingConfig, Signs, Stage, Trace, stages,
 };
@@ -16,7 +16,7 @@ use congruent_geometry::{Oriented, RigidTransform, Scan, Surface, ViewKind};
 use congruent_keypoints::Keypoint;
 use congruent_matching::Correspondence;
 use congruent_metrics::Evidence;
-use congruent_refinement::{Hold, PointToPlaneConfig, Refinement, Uncertainty};
+use congruent_refinement::{Hold, Refinement, Uncertainty};
 use nalgebra::Vector3;
 use std::sync::Arc;
 
@@ -95,12 +95,11 @@ impl<'a> Chain<'a, '_> {
         let ranking = fields.as_ref().map(|(dense, fields)| self.ranking(dense, prepared, fields));
         let chosen = self.chosen(prepared, &trace.pool, ranking.as_ref());
         let answer = self.judged(&chosen, prepared, &evidence, ranking.as_ref());
-        match (&chosen.ranked, &ranking) {
-            (Some(ranked), Some(ranking)) => {
-                self.memory.note(&self.config.sampling, self.signs, ranked);
-                self.sharpened(answer, ranked, ranking)
-            }
-            _ => Ok(answer),
+        let (Some(ranked), Some(ranking)) = (chosen.ranked, &ranking) else { return Ok(answer) };
+        self.memory.note(&self.config.sampling, self.signs, &ranked);
+        match self.more_believable(&answer, &chosen, prepared, &evidence, ranking) {
+            Some((ranked, answer)) => self.sharpened(answer, &ranked, ranking),
+            None => self.sharpened(answer, &ranked, ranking),
         }
     }
 
@@ -237,31 +236,6 @@ impl<'a> Chain<'a, '_> {
         self.clock.time(Stage::Ranking, new)
     }
 
-    /// The pose that the surfaces prefer, or else the metric, refined.
-    fn chosen(&mut self, prepared: &Prepared, pool: &[Hypothesis], ranking: Option<&Ranking<'_>>) -> Chosen {
-        let Some(ranking) = ranking else {
-            let Refinement { target_from_source, uncertainty, .. } =
-                self.refined(&prepared.surfaces, &pool[0].target_from_source, self.resolution);
-            return Chosen { target_from_source, uncertainty, ranked: None, others: Vec::new() };
-        };
-        let poses: Vec<RigidTransform> = pool.iter().map(|h| h.target_from_source).collect();
-        let search = Search::new(self.config, self.signs);
-        let ranked = self.clock.time(Stage::Ranking, || {
-            let mut order = self.memory.orders.get(&search).unwrap_or_else(|| ranking.order(&poses));
-            let ranked = ranking.best(&mut order);
-            self.memory.orders.keep(search, &order);
-            ranked
-        });
-        let refined = self.refined(&prepared.surfaces, &ranked[0].target_from_source, self.resolution);
-        let kept = ranking.judge(&refined.target_from_source);
-        Chosen {
-            target_from_source: kept.target_from_source,
-            uncertainty: refined.uncertainty,
-            ranked: Some(kept),
-            others: ranking.others(&kept, &ranked),
-        }
-    }
-
     /// The surfaces, laid on each other exactly; the start where that leads out of bounds. The centroids of a grid have
     /// seen all points, and less noise than any of them.
     pub(crate) fn refined(&mut self, surfaces: &Pair<Surface>, pose: &RigidTransform, resolution: f64) -> Refinement {
@@ -272,107 +246,6 @@ impl<'a> Chain<'a, '_> {
             None => Refinement { target_from_source: *pose, uncertainty: None, ..refined },
         }
     }
-
-    /// How many correspondences agree with a pose, and how firmly the surfaces hold it where they touch.
-    fn measured(
-        &mut self,
-        pose: &RigidTransform,
-        surfaces: &Pair<Surface>,
-        evidence: &Evidence,
-    ) -> (Significance, Hold) {
-        let threshold = self.config.verdict.inlier_threshold().resolve(self.resolution);
-        let trials = self.counts.trials;
-        let measure = PointToPlaneConfig::default().build(self.resolution);
-        self.clock.time(Stage::Verdict, || {
-            let hold = measure.measure(&surfaces.source, &surfaces.target, pose).hold;
-            (Significance::of(pose, evidence, threshold, trials), hold)
-        })
-    }
-
-    /// A failure, and that it is one within bounds.
-    fn bounded(&self, failure: Failure) -> Failure {
-        if self.bounds.are_open() { failure } else { Failure::OutOfBounds { within: Box::new(failure) } }
-    }
-
-    fn judged(
-        &mut self,
-        chosen: &Chosen,
-        prepared: &Prepared,
-        evidence: &Evidence,
-        ranking: Option<&Ranking<'_>>,
-    ) -> Answer {
-        let surfaces = &prepared.surfaces;
-        let (config, resolution) = (self.config, self.resolution);
-        let pose = &chosen.target_from_source;
-        let (significance, hold) = self.measured(pose, surfaces, evidence);
-        self.counts.inliers = significance.inliers;
-        let second = chosen.others.first().map_or(0.0, |other| other.score.value());
-        let mut judgement = config.verdict.judge(&Evident {
-            ranked: chosen.ranked,
-            second,
-            significance: &significance,
-            hold,
-            resolution,
-        });
-        if let (Some(ranking), Some(answer)) = (ranking, &chosen.ranked) {
-            let best = answer.score.value();
-            // Where only a guess was looked at, the other pose is the guess itself.
-            let is_rival = |other: &&Ranked| {
-                self.proposals == Proposals::Searched && config.verdict.comes_close(other.score.value(), best)
-            };
-            judgement.rivals = chosen.others.iter().filter(is_rival).copied().collect();
-            if judgement.doubt.is_none() {
-                self.compare(&mut judgement, answer, prepared, evidence, ranking);
-            }
-        }
-        judgement.doubt = judgement.doubt.map(|doubt| self.bounded(doubt));
-        let metric = config.metric.build(resolution, stages::clouds(surfaces));
-        Answer {
-            target_from_source: *pose,
-            score: metric.score(evidence, pose).value(),
-            hold,
-            uncertainty: chosen.uncertainty.clone(),
-            oriented: prepared.oriented,
-            agreement: chosen.ranked.map(|ranked| Agreement::new(&ranked, resolution)),
-            significance,
-            judgement,
-        }
-    }
-
-    /// Rivals are refined and looked at like the answer; those that are then worse, or the same pose, are none.
-    fn compare(
-        &mut self,
-        judgement: &mut Judgement,
-        answer: &Ranked,
-        prepared: &Prepared,
-        evidence: &Evidence,
-        ranking: &Ranking<'_>,
-    ) {
-        let (config, resolution) = (self.config, self.resolution);
-        for close in std::mem::take(&mut judgement.rivals) {
-            let refined = self.refined(&prepared.surfaces, &close.target_from_source, resolution);
-            let ranked = ranking.judge(&refined.target_from_source);
-            if std::iter::once(answer).chain(&judgement.rivals).any(|known| !ranking.apart(&ranked, known)) {
-                continue;
-            }
-            let (significance, hold) = self.measured(&ranked.target_from_source, &prepared.surfaces, evidence);
-            let (ranked, second) = (Some(ranked), answer.score.value());
-            let known = Evident { ranked, second, significance: &significance, hold, resolution }.predictors();
-            judgement.examined.extend(known);
-            if config.verdict.is_rival(known.as_ref(), judgement.predictors.as_ref()) {
-                judgement.rivals.extend(ranked);
-            }
-        }
-    }
-}
-
-/// The pose that an attempt settled on.
-pub(crate) struct Chosen {
-    target_from_source: RigidTransform,
-    uncertainty: Option<Uncertainty>,
-    pub(crate) ranked: Option<Ranked>,
-    /// Really different poses, best first.
-    pub(crate) others: Vec<Ranked>,
 }
 
 /// The guess drawn in, then the guess as it is, where there is one.

@@ -7,6 +7,7 @@ mod chain;
 mod collection;
 mod config;
 mod failure;
+mod judging;
 mod memory;
 mod pair;
 mod preparation;

@@ -1,0 +1,178 @@
+//! What an attempt makes of its poses: the one that is chosen, and what is to be thought of it.
+
+use crate::chain::{Answer, Chain, Prepared, Proposals};
+use crate::memory::Search;
+use crate::ranking::{Ranked, Ranking};
+use crate::verdict::{Evident, Judgement, Significance};
+use crate::{Agreement, Failure, Pair, Stage, stages};
+use congruent_estimators::Hypothesis;
+use congruent_geometry::{RigidTransform, Surface};
+use congruent_metrics::Evidence;
+use congruent_refinement::{Hold, PointToPlaneConfig, Refinement, Uncertainty};
+
+/// The pose that an attempt settled on.
+pub(crate) struct Chosen {
+    target_from_source: RigidTransform,
+    uncertainty: Option<Uncertainty>,
+    pub(crate) ranked: Option<Ranked>,
+    /// Really different poses, best first.
+    others: Vec<Ranked>,
+}
+
+impl Chain<'_, '_> {
+    /// The pose that the surfaces prefer, or else the metric, refined.
+    pub(crate) fn chosen(&mut self, prepared: &Prepared, pool: &[Hypothesis], ranking: Option<&Ranking<'_>>) -> Chosen {
+        let Some(ranking) = ranking else {
+            let Refinement { target_from_source, uncertainty, .. } =
+                self.refined(&prepared.surfaces, &pool[0].target_from_source, self.resolution);
+            return Chosen { target_from_source, uncertainty, ranked: None, others: Vec::new() };
+        };
+        let poses: Vec<RigidTransform> = pool.iter().map(|h| h.target_from_source).collect();
+        let search = Search::new(self.config, self.signs);
+        let ranked = self.clock.time(Stage::Ranking, || {
+            let mut order = self.memory.orders.get(&search).unwrap_or_else(|| ranking.order(&poses));
+            let ranked = ranking.best(&mut order);
+            self.memory.orders.keep(search, &order);
+            ranked
+        });
+        self.settled(&ranked[0], &ranked, prepared, ranking)
+    }
+
+    /// One of the poses, refined, and those that are really different.
+    fn settled(&mut self, pose: &Ranked, ranked: &[Ranked], prepared: &Prepared, ranking: &Ranking<'_>) -> Chosen {
+        let refined = self.refined(&prepared.surfaces, &pose.target_from_source, self.resolution);
+        let kept = ranking.judge(&refined.target_from_source);
+        Chosen {
+            target_from_source: kept.target_from_source,
+            uncertainty: refined.uncertainty,
+            ranked: Some(kept),
+            others: ranking.others(&kept, ranked),
+        }
+    }
+
+    /// How many correspondences agree with a pose, and how firmly the surfaces hold it where they touch.
+    fn measured(
+        &mut self,
+        pose: &RigidTransform,
+        surfaces: &Pair<Surface>,
+        evidence: &Evidence,
+    ) -> (Significance, Hold) {
+        let threshold = self.config.verdict.inlier_threshold().resolve(self.resolution);
+        let trials = self.counts.trials;
+        let measure = PointToPlaneConfig::default().build(self.resolution);
+        self.clock.time(Stage::Verdict, || {
+            let hold = measure.measure(&surfaces.source, &surfaces.target, pose).hold;
+            (Significance::of(pose, evidence, threshold, trials), hold)
+        })
+    }
+
+    /// A failure, and that it is one within bounds.
+    pub(crate) fn bounded(&self, failure: Failure) -> Failure {
+        if self.bounds.are_open() { failure } else { Failure::OutOfBounds { within: Box::new(failure) } }
+    }
+
+    /// What is to be thought of the chosen pose.
+    pub(crate) fn judged(
+        &mut self,
+        chosen: &Chosen,
+        prepared: &Prepared,
+        evidence: &Evidence,
+        ranking: Option<&Ranking<'_>>,
+    ) -> Answer {
+        let surfaces = &prepared.surfaces;
+        let (config, resolution) = (self.config, self.resolution);
+        let pose = &chosen.target_from_source;
+        let (significance, hold) = self.measured(pose, surfaces, evidence);
+        self.counts.inliers = significance.inliers;
+        let second = chosen.others.first().map_or(0.0, |other| other.score.value());
+        let mut judgement = config.verdict.judge(&Evident {
+            ranked: chosen.ranked,
+            second,
+            significance: &significance,
+            hold,
+            resolution,
+        });
+        if let (Some(ranking), Some(answer)) = (ranking, &chosen.ranked) {
+            let best = answer.score.value();
+            // Where only a guess was looked at, the other pose is the guess itself.
+            let is_rival = |other: &&Ranked| {
+                self.proposals == Proposals::Searched && config.verdict.comes_close(other.score.value(), best)
+            };
+            judgement.rivals = chosen.others.iter().filter(is_rival).copied().collect();
+            if judgement.doubt.is_none() {
+                self.compare(&mut judgement, answer, prepared, evidence, ranking);
+            }
+        }
+        judgement.doubt = judgement.doubt.map(|doubt| self.bounded(doubt));
+        let metric = config.metric.build(resolution, stages::clouds(surfaces));
+        Answer {
+            target_from_source: *pose,
+            score: metric.score(evidence, pose).value(),
+            hold,
+            uncertainty: chosen.uncertainty.clone(),
+            oriented: prepared.oriented,
+            agreement: chosen.ranked.map(|ranked| Agreement::new(&ranked, resolution)),
+            significance,
+            judgement,
+        }
+    }
+
+    /// Rivals are refined and looked at like the answer; those that are then worse, or the same pose, are none.
+    fn compare(
+        &mut self,
+        judgement: &mut Judgement,
+        answer: &Ranked,
+        prepared: &Prepared,
+        evidence: &Evidence,
+        ranking: &Ranking<'_>,
+    ) {
+        let (config, resolution) = (self.config, self.resolution);
+        for close in std::mem::take(&mut judgement.rivals) {
+            let refined = self.refined(&prepared.surfaces, &close.target_from_source, resolution);
+            let ranked = ranking.judge(&refined.target_from_source);
+            if std::iter::once(answer).chain(&judgement.rivals).any(|known| !ranking.apart(&ranked, known)) {
+                continue;
+            }
+            let (significance, hold) = self.measured(&ranked.target_from_source, &prepared.surfaces, evidence);
+            let (ranked, second) = (Some(ranked), answer.score.value());
+            let known = Evident { ranked, second, significance: &significance, hold, resolution }.predictors();
+            judgement.examined.extend(known);
+            if config.verdict.is_rival(known.as_ref(), judgement.predictors.as_ref()) {
+                judgement.rivals.extend(ranked);
+            }
+        }
+    }
+
+    /// An answer that is not believed gives way to a really different pose that is believed more: what touches most is not
+    /// always what is most probable. Only one of them is refined, that which is believed most as it is.
+    pub(crate) fn more_believable(
+        &mut self,
+        answer: &Answer,
+        chosen: &Chosen,
+        prepared: &Prepared,
+        evidence: &Evidence,
+        ranking: &Ranking<'_>,
+    ) -> Option<(Ranked, Answer)> {
+        answer.judgement.doubt.as_ref()?;
+        let confidence = |other: &Ranked| {
+            let (significance, hold) = self.measured(&other.target_from_source, &prepared.surfaces, evidence);
+            let resolution = self.resolution;
+            let known = Evident { ranked: Some(*other), second: 1.0, significance: &significance, hold, resolution };
+            self.config.verdict.judge(&known).confidence
+        };
+        let confidences: Vec<f64> = chosen.others.iter().map(confidence).collect();
+        let best = (0..confidences.len()).max_by(|&a, &b| confidences[a].total_cmp(&confidences[b]).then(b.cmp(&a)))?;
+        if confidences[best] <= answer.judgement.confidence {
+            return None;
+        }
+        let ranked: Vec<Ranked> = chosen.ranked.iter().chain(&chosen.others).copied().collect();
+        let inliers = self.counts.inliers;
+        let other = self.settled(&chosen.others[best], &ranked, prepared, ranking);
+        let another = self.judged(&other, prepared, evidence, Some(ranking));
+        if another.judgement.confidence <= answer.judgement.confidence {
+            self.counts.inliers = inliers;
+            return None;
+        }
+        Some((other.ranked?, another))
+    }
+}
