@@ -87,6 +87,7 @@ impl<'a> Chain<'a, '_> {
 
     /// From descriptors, which are in the trace, to an answer.
     pub(crate) fn answered(&mut self, prepared: &Prepared, trace: &mut Trace) -> Result<Answer, Failure> {
+        self.enough_points()?;
         let surfaces = &prepared.surfaces;
         trace.matches = self.matches(&trace.features)?;
         let evidence = self.evidence(surfaces, &trace.matches);

@@ -5,7 +5,7 @@
 #[non_exhaustive]
 pub enum Failure {
     /// Sampling was too coarse for the scan.
-    #[error("sampling left {left} points of a scan, at least 3 are needed; choose smaller cells in [sampling]")]
+    #[error("sampling left {left} points of a scan, too few to go by; choose smaller cells in [sampling]")]
     FewPoints {
         /// Points left.
         left: usize,

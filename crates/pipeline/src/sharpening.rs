@@ -10,10 +10,23 @@ use crate::{AContrarioConfig, Failure, RankingConfig, Stage};
 
 /// From this ratio of the resolutions on, points are few and many.
 const MUCH_FINER: f64 = 1.5;
+/// With fewer points than this a scan is no surface any more but a handful of blobs, and they fit alike ones.
+const FEWEST: usize = 500;
 /// How far a pose is looked around on many points at first, in `pr` of the few.
 const RADIUS: f64 = 2.0;
 
 impl Chain<'_, '_> {
+    /// Whether there are points enough to look at few of them.
+    ///
+    /// # Errors
+    /// The scans were looked at much more finely before, and now one of them is hardly there.
+    pub(crate) fn enough_points(&self) -> Result<(), Failure> {
+        let left = self.counts.sampled.source.min(self.counts.sampled.target);
+        let finest = self.memory.finest().map_or(f64::INFINITY, |(_, finest)| finest.resolution);
+        let is_few = MUCH_FINER * finest < self.resolution;
+        if is_few && left < FEWEST { Err(Failure::FewPoints { left }) } else { Ok(()) }
+    }
+
     /// The answer, refined on the finest surfaces of the attempts before if they are much finer and if it then fits them better. The
     /// judgement remains that of the few points.
     ///
