@@ -1,4 +1,17 @@
 //! Hypothesis generators and the one loop that samples, scores and ranks.
+//!
+//! ```
+//! use congruent_estimators::{ThreePoint, sample};
+//! use congruent_metrics::{Evidence, Mse, Summed};
+//! use congruent_simulation::correspondences::{CorrespondenceScene, NearMiss};
+//!
+//! // A fifth of these pairs is right; their true pose is known.
+//! let scene = CorrespondenceScene { n: 500, inlier_share: 0.2, near_miss_share: 0.0, near_miss: NearMiss::Random };
+//! let pairs = scene.generate(7);
+//! let evidence = Evidence::new(pairs.source.iter().copied().zip(pairs.target.iter().copied()));
+//! let best = &sample(&ThreePoint::new(&evidence, 2000, 7), &Summed(Mse::new(7.5)), &evidence, 1)[0];
+//! assert!(best.target_from_source.rotation.angle_to(&pairs.truth.rotation) < 0.05);
+//! ```
 
 mod adaptive_stop;
 mod cliques;

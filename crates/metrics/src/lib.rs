@@ -3,6 +3,22 @@
 //! A metric over correspondences is a sum of gains of residuals. The sum is one hot loop ([`Summed`]); a metric is the
 //! few lines of its [`Kernel`]. A dense metric looks at the two clouds instead. The formulas are those of Yang et al., *On Efficient and Robust Metrics for RANSAC
 //! Hypotheses and 3D Rigid Registration* (2020): not all inliers are equal, while all outliers should be.
+//!
+//! ```
+//! use congruent_geometry::RigidTransform;
+//! use congruent_metrics::{Evidence, InlierCount, Metric, Mse, Summed};
+//!
+//! // Three matches that a shift by 2 along x explains, and one that it does not.
+//! let from = [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0], [0.0, 0.0, 10.0]];
+//! let to = [[2.0, 0.0, 0.0], [12.0, 0.0, 0.0], [2.0, 10.0, 0.0], [50.0, 0.0, 0.0]];
+//! let evidence = Evidence::new(from.into_iter().zip(to));
+//! let (right, nearly) = (RigidTransform::translation(2.0, 0.0, 0.0), RigidTransform::translation(2.9, 0.0, 0.0));
+//!
+//! // The inlier count cannot tell them apart, MSE can.
+//! let (count, mse) = (Summed(InlierCount::new(1.0)), Summed(Mse::new(1.0)));
+//! assert_eq!(count.score(&evidence, &right), count.score(&evidence, &nearly));
+//! assert!(mse.score(&evidence, &right) > mse.score(&evidence, &nearly));
+//! ```
 
 mod clouds;
 mod config;

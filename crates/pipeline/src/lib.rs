@@ -1,7 +1,8 @@
 //! From two scans to one pose with a verdict: the chain of all stages.
 //!
-//! [`register`] reads like the method section of the paper, [`stages`] has each of its stages by itself, and
-//! [`PipelineConfig`] is everything a user may say about them. Nothing here opens a file or prints.
+//! [`register`] makes attempts of rising effort until one is believed; the module `chain` is one attempt and reads like the
+//! method section of the paper. [`stages`] has each of its stages by itself, and [`PipelineConfig`] is everything a user may
+//! say about them. Nothing here opens a file or prints.
 
 mod chain;
 mod collection;

@@ -17,6 +17,24 @@ use std::convert::Infallible;
 ///
 /// `observe` is told each stage as it begins. The result is the same, bit for bit, on any number of threads; it runs
 /// on rayon's current pool. A pair that cannot be registered is an answer too, with the reason in its verdict.
+///
+/// ```
+/// use congruent_geometry::Scan;
+/// use congruent_pipeline::{PipelineConfig, Verdict, register};
+/// use congruent_simulation::pair::{PairOptions, figurine_pair};
+///
+/// // Two looks at a figurine; `congruent_io::read_scan` reads yours.
+/// let pair = figurine_pair(&PairOptions::default());
+/// let (source, target) = (Scan::new(&pair.source)?, Scan::new(&pair.target)?);
+/// let found = register(&source, &target, &PipelineConfig::default(), &|_stage| ());
+/// match (&found.verdict, &found.target_from_source) {
+///     (Verdict::Ok, Some(pose)) => println!("{pose}"),
+///     (Verdict::Failed(reason), _) => println!("not registered: {reason}"),
+///     _ => println!("{} other poses fit nearly as well", found.alternatives.len()),
+/// }
+/// assert_eq!(found.verdict, Verdict::Ok);
+/// # Ok::<(), congruent_geometry::ScanError>(())
+/// ```
 #[must_use]
 pub fn register(source: &Scan, target: &Scan, config: &PipelineConfig, observe: &dyn Fn(Stage)) -> Registration {
     register_traced(Pair { source, target }, &Prior::default(), config, observe).0

@@ -2,6 +2,29 @@
 //!
 //! [`register`](crate::register) runs these very functions one after the other. `resolution` is what `pr` means, data
 //! units. Scans and surfaces are centred; [`Scan::origin`] leads back to file coordinates.
+//!
+//! ```
+//! use congruent_geometry::Scan;
+//! use congruent_pipeline::{Pair, PipelineConfig, stages};
+//! use congruent_simulation::pair::{PairOptions, figurine_pair};
+//!
+//! let pair = figurine_pair(&PairOptions::default());
+//! let scans = [Scan::new(&pair.source)?, Scan::new(&pair.target)?];
+//! let config = PipelineConfig::default();
+//!
+//! let prepared = stages::prepare(&[&scans[0], &scans[1]], &config, None)?;
+//! let (surfaces, pr) = (Pair::of_two(prepared.surfaces), prepared.resolution);
+//! let features = surfaces.map(|surface| {
+//!     let keypoints = stages::detect(surface, &config, pr);
+//!     let points: Vec<u32> = keypoints.iter().map(|keypoint| keypoint.index).collect();
+//!     stages::describe(surface, &points, &config, pr)
+//! });
+//! let matches = stages::match_features(&features, &config);
+//! let evidence = stages::evidence(&surfaces, &matches, &config, pr);
+//! let pool = stages::estimate(&surfaces, &evidence, &config, pr);
+//! println!("{}, by {} matches", pool.hypotheses[0].target_from_source, matches.len());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use crate::preparation::{Cloud, Sampled, sample};
 use crate::prior::Bounds;
