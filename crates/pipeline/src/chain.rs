@@ -1,7 +1,8 @@
 //! One attempt: every stage of the chain once, in order.
 
-use crate::memory::{Memory, Sampled, Search, Setting};
+use crate::memory::{Memory, SampledPair, Search, Setting};
 use crate::preparation::sample;
+use crate::prepared::PreparedPair;
 use crate::prior::Bounds;
 use crate::ranking::{Fields, Ranking};
 use crate::refining::{GUESS_RADIUS, drawn_in};
@@ -12,12 +13,11 @@ use crate::{
 };
 use congruent_descriptors::Features;
 use congruent_estimators::Hypothesis;
-use congruent_geometry::{Oriented, RigidTransform, Scan, Surface, ViewKind};
+use congruent_geometry::{Oriented, RigidTransform, Scan, Surface};
 use congruent_keypoints::Keypoint;
 use congruent_matching::Correspondence;
 use congruent_metrics::Evidence;
 use congruent_refinement::{Hold, Refinement, Uncertainty};
-use nalgebra::Vector3;
 use std::sync::Arc;
 
 /// What one attempt came to.
@@ -36,14 +36,6 @@ pub(crate) struct Answer {
     /// How many random poses would have so many inliers.
     pub(crate) significance: Significance,
     pub(crate) judgement: Judgement,
-}
-
-/// Surfaces and what they came from.
-#[derive(Clone)]
-pub(crate) struct Prepared {
-    pub(crate) surfaces: Pair<Surface>,
-    /// How their normals were oriented.
-    pub(crate) oriented: Pair<Oriented>,
 }
 
 /// Where poses come from.
@@ -80,13 +72,13 @@ impl<'a> Chain<'a, '_> {
         Some(outcome)
     }
 
-    fn registered(&mut self, prepared: &Prepared, trace: &mut Trace) -> Result<Answer, Failure> {
+    fn registered(&mut self, prepared: &PreparedPair, trace: &mut Trace) -> Result<Answer, Failure> {
         (trace.keypoints, trace.features) = self.described(&prepared.surfaces);
         self.answered(prepared, trace)
     }
 
     /// From descriptors, which are in the trace, to an answer.
-    pub(crate) fn answered(&mut self, prepared: &Prepared, trace: &mut Trace) -> Result<Answer, Failure> {
+    pub(crate) fn answered(&mut self, prepared: &PreparedPair, trace: &mut Trace) -> Result<Answer, Failure> {
         self.enough_points()?;
         let surfaces = &prepared.surfaces;
         trace.matches = self.matches(&trace.features)?;
@@ -105,7 +97,7 @@ impl<'a> Chain<'a, '_> {
     }
 
     /// Nothing where there are no signs to turn.
-    fn prepared(&mut self, scans: &Pair<&Scan>) -> Result<Option<Prepared>, Failure> {
+    fn prepared(&mut self, scans: &Pair<&Scan>) -> Result<Option<PreparedPair>, Failure> {
         let known = self.memory.prepared.get(&self.config.sampling);
         let sampled = match known {
             Some(known) => known,
@@ -122,7 +114,7 @@ impl<'a> Chain<'a, '_> {
         Ok(sampled.prepared.with_signs(self.signs))
     }
 
-    fn sampled(&mut self, scans: &Pair<&Scan>) -> Result<Sampled, Failure> {
+    fn sampled(&mut self, scans: &Pair<&Scan>) -> Result<SampledPair, Failure> {
         let config = self.config;
         let sampled = self
             .clock
@@ -131,7 +123,7 @@ impl<'a> Chain<'a, '_> {
         let strays = Pair::of_two(sampled.strays);
         let both = self.clock.time(Stage::Normals, || stages::normals(sampled.clouds, config, resolution));
         let (surfaces, oriented) = Pair::of_two(both).unzip();
-        Ok(Sampled { prepared: Prepared { surfaces, oriented }, strays, raw_resolution, resolution })
+        Ok(SampledPair { prepared: PreparedPair { surfaces, oriented }, strays, raw_resolution, resolution })
     }
 
     fn described(&mut self, surfaces: &Pair<Surface>) -> (Pair<Vec<Keypoint>>, Pair<Features>) {
@@ -225,7 +217,7 @@ impl<'a> Chain<'a, '_> {
     fn ranking<'r>(
         &mut self,
         dense: &'r DenseConfig,
-        prepared: &'r Prepared,
+        prepared: &'r PreparedPair,
         fields: &'r Pair<Arc<Fields>>,
     ) -> Ranking<'r>
     where
@@ -255,37 +247,4 @@ fn guessed(bounds: &Bounds, surfaces: &Pair<Surface>, resolution: f64) -> Vec<Ri
     let drawn = bounds
         .admitted(&drawn_in(surfaces, &guess, GUESS_RADIUS * resolution, bounds.freedom(), resolution), resolution);
     drawn.into_iter().chain([guess]).collect()
-}
-
-impl Prepared {
-    /// With the signs that an attempt asks for; nothing where there is nothing to turn.
-    pub(crate) fn with_signs(self, signs: Signs) -> Option<Self> {
-        let turned = signs.turned(&self.oriented)?;
-        let turn = |(surface, turned): (Surface, bool)| if turned { surface.flipped() } else { surface };
-        Some(Prepared { surfaces: self.surfaces.zip(turned).into_map(turn), ..self })
-    }
-
-    pub(crate) fn trusted_viewpoints(&self) -> Pair<Option<Vector3<f64>>> {
-        self.oriented.map(|oriented| oriented.viewpoint.filter(|_| oriented.sure))
-    }
-}
-
-impl Signs {
-    /// On which scan the normals are turned; nothing where there is nothing to turn.
-    pub(crate) fn turned(self, oriented: &Pair<Oriented>) -> Option<Pair<bool>> {
-        let kept = oriented.zip(Pair { source: oriented.target, target: oriented.source }).into_map(is_model_of);
-        match self {
-            Signs::Kept => Some(kept),
-            Signs::Other if oriented.source.sure && oriented.target.sure => None,
-            // One scan is enough: what counts is whether the two agree.
-            Signs::Other if oriented.source.sure => Some(Pair { target: !kept.target, ..kept }),
-            Signs::Other => Some(Pair { source: !kept.source, ..kept }),
-        }
-    }
-}
-
-/// Whether what seems to have been seen from within is a closed model after all, because the other scan shows an object
-/// from one side: then its normals point inwards.
-fn is_model_of((scan, other): (Oriented, Oriented)) -> bool {
-    scan.kind == Some(ViewKind::Within) && other.kind == Some(ViewKind::OneSide) && other.sure
 }

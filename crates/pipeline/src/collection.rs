@@ -6,9 +6,10 @@
 //! one that fits the median scan. Every step of the escalation is made: a step with another budget has its own grid,
 //! and a scan is described for it (or with its normals turned) only when a pair asks.
 
-use crate::chain::{Chain, Prepared, Proposals};
-use crate::memory::{Memory, Sampled};
+use crate::chain::{Chain, Proposals};
+use crate::memory::{Memory, SampledPair};
 use crate::preparation::sample;
+use crate::prepared::PreparedPair;
 use crate::prior::Bounds;
 use crate::register::{Attempt, escalated};
 use crate::stage::Clock;
@@ -206,10 +207,10 @@ impl Collection {
             chain.counts.described = both.map(|scan| scan.features.len());
             let oriented = both.map(|scan| scan.oriented);
             let prepared =
-                |both: &Pair<&Described>| Prepared { surfaces: both.map(|scan| scan.surface.clone()), oriented };
+                |both: &Pair<&Described>| PreparedPair { surfaces: both.map(|scan| scan.surface.clone()), oriented };
             if signs == Signs::Kept {
                 let (prepared, strays) = (prepared(&described(&as_they_are)?), chain.counts.strays);
-                let sampled = Sampled { prepared, strays, raw_resolution, resolution };
+                let sampled = SampledPair { prepared, strays, raw_resolution, resolution };
                 chain.memory.prepared.keep(config.sampling.clone(), &sampled);
             }
             let prepared = prepared(&both);

@@ -1,7 +1,8 @@
 //! What an attempt makes of its poses: the one that is chosen, and what is to be thought of it.
 
-use crate::chain::{Answer, Chain, Prepared, Proposals};
+use crate::chain::{Answer, Chain, Proposals};
 use crate::memory::Search;
+use crate::prepared::PreparedPair;
 use crate::ranking::{Ranked, Ranking};
 use crate::verdict::{Evident, Judgement, Significance};
 use crate::{Agreement, Failure, Pair, Stage, stages};
@@ -21,7 +22,12 @@ pub(crate) struct Chosen {
 
 impl Chain<'_, '_> {
     /// The pose that the surfaces prefer, or else the metric, refined.
-    pub(crate) fn chosen(&mut self, prepared: &Prepared, pool: &[Hypothesis], ranking: Option<&Ranking<'_>>) -> Chosen {
+    pub(crate) fn chosen(
+        &mut self,
+        prepared: &PreparedPair,
+        pool: &[Hypothesis],
+        ranking: Option<&Ranking<'_>>,
+    ) -> Chosen {
         let Some(ranking) = ranking else {
             let Refinement { target_from_source, uncertainty, .. } =
                 self.refined(&prepared.surfaces, &pool[0].target_from_source, self.resolution);
@@ -39,7 +45,7 @@ impl Chain<'_, '_> {
     }
 
     /// One of the poses, refined, and those that are really different.
-    fn settled(&mut self, pose: &Ranked, ranked: &[Ranked], prepared: &Prepared, ranking: &Ranking<'_>) -> Chosen {
+    fn settled(&mut self, pose: &Ranked, ranked: &[Ranked], prepared: &PreparedPair, ranking: &Ranking<'_>) -> Chosen {
         let refined = self.refined(&prepared.surfaces, &pose.target_from_source, self.resolution);
         let kept = ranking.judge(&refined.target_from_source);
         Chosen {
@@ -75,7 +81,7 @@ impl Chain<'_, '_> {
     pub(crate) fn judged(
         &mut self,
         chosen: &Chosen,
-        prepared: &Prepared,
+        prepared: &PreparedPair,
         evidence: &Evidence,
         ranking: Option<&Ranking<'_>>,
     ) -> Answer {
@@ -122,7 +128,7 @@ impl Chain<'_, '_> {
         &mut self,
         judgement: &mut Judgement,
         answer: &Ranked,
-        prepared: &Prepared,
+        prepared: &PreparedPair,
         evidence: &Evidence,
         ranking: &Ranking<'_>,
     ) {
@@ -149,7 +155,7 @@ impl Chain<'_, '_> {
         &mut self,
         answer: &Answer,
         chosen: &Chosen,
-        prepared: &Prepared,
+        prepared: &PreparedPair,
         evidence: &Evidence,
         ranking: &Ranking<'_>,
     ) -> Option<(Ranked, Answer)> {

@@ -12,6 +12,7 @@ mod judging;
 mod memory;
 mod pair;
 mod preparation;
+mod prepared;
 mod prior;
 mod ranking;
 mod refine;

@@ -1,6 +1,6 @@
 //! What the attempts at one pair share: a stage whose settings are the same is not run again.
 
-use crate::chain::Prepared;
+use crate::prepared::PreparedPair;
 use crate::ranking::{Fields, Order, Ranked};
 use crate::stages::Pool;
 use crate::{Pair, PipelineConfig, SamplingConfig, Signs};
@@ -14,7 +14,7 @@ use std::sync::Arc;
 #[derive(Default)]
 pub(crate) struct Memory {
     /// By sampling; with the signs of the normals as they were settled.
-    pub(crate) prepared: Known<SamplingConfig, Sampled>,
+    pub(crate) prepared: Known<SamplingConfig, SampledPair>,
     pub(crate) fields: Known<SamplingConfig, Pair<Arc<Fields>>>,
     pub(crate) described: Known<Setting, (Pair<Vec<Keypoint>>, Pair<Features>)>,
     pub(crate) matches: Known<Setting, Vec<Correspondence>>,
@@ -26,8 +26,8 @@ pub(crate) struct Memory {
 
 /// Surfaces and the lengths that go with them.
 #[derive(Clone)]
-pub(crate) struct Sampled {
-    pub(crate) prepared: Prepared,
+pub(crate) struct SampledPair {
+    pub(crate) prepared: PreparedPair,
     /// Points that were left out.
     pub(crate) strays: Pair<usize>,
     pub(crate) raw_resolution: f64,
@@ -74,7 +74,7 @@ impl<K, V> Default for Known<K, V> {
 
 impl Memory {
     /// The surfaces with the smallest resolution so far, and their sampling.
-    pub(crate) fn finest(&self) -> Option<&(SamplingConfig, Sampled)> {
+    pub(crate) fn finest(&self) -> Option<&(SamplingConfig, SampledPair)> {
         self.prepared.0.iter().min_by(|(_, a), (_, b)| a.resolution.total_cmp(&b.resolution))
     }
 

@@ -3,7 +3,7 @@
 //! Few points of a noisy scan show clearly what many do not, since each is the mean of more; many show more exactly where it is.
 
 use crate::chain::{Answer, Chain};
-use crate::memory::Sampled;
+use crate::memory::SampledPair;
 use crate::ranking::{Ranked, Ranking};
 use crate::refining::drawn_in;
 use crate::{AContrarioConfig, Failure, RankingConfig, Stage};
@@ -35,7 +35,7 @@ impl Chain<'_, '_> {
     /// really different pose, which the few do not refute.
     pub(crate) fn sharpened(&mut self, answer: Answer, on_few: &Ranked, few: &Ranking<'_>) -> Result<Answer, Failure> {
         let finest = self.memory.finest().filter(|(_, finest)| MUCH_FINER * finest.resolution < self.resolution);
-        let Some((sampling, Sampled { prepared, resolution, .. })) = finest.cloned() else { return Ok(answer) };
+        let Some((sampling, SampledPair { prepared, resolution, .. })) = finest.cloned() else { return Ok(answer) };
         let fields = self.memory.fields.get(&sampling);
         let best_before = self.memory.best.get(&(sampling, self.signs));
         let (Some(prepared), Some(fields), Some(best_before), RankingConfig::Dense(dense)) =
