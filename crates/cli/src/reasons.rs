@@ -49,6 +49,9 @@ impl Reasons {
         let firm = measured.stiffness >= FIRM;
         let held = if firm { "held in every direction" } else { "hardly held in one direction" };
         say(firm, format!("{held} (stiffness {:.3})", measured.stiffness));
+        if measured.chosen_from > 1 {
+            say(false, format!("another pose touches more; this is the most believable of {}", measured.chosen_from));
+        }
         reasons
     }
 }
@@ -69,6 +72,7 @@ mod tests {
             log10_false_alarms: -250.0,
             stiffness: 0.05,
             normal_angle: 0.1,
+            chosen_from: 1,
         };
         let reasons = Reasons::new(&good, 404, 820);
         assert!(reasons.against.is_empty() && reasons.pro.len() == 8, "{reasons:?}");
@@ -83,8 +87,11 @@ mod tests {
             log10_false_alarms: 2.0,
             stiffness: 0.001,
             normal_angle: 0.4,
+            chosen_from: 1,
         };
         let reasons = Reasons::new(&bad, 5, 300);
         assert!(reasons.pro.is_empty() && reasons.against.len() == 8, "{reasons:?}");
+        let chosen = Reasons::new(&Predictors { chosen_from: 6, ..good }, 404, 820);
+        assert_eq!(chosen.against, ["another pose touches more; this is the most believable of 6"]);
     }
 }

@@ -9,8 +9,8 @@ const ONLY_CLI: &[&str] = &["clap", "ctrlc", "indicatif", "anyhow"];
 
 /// What the table says that each crate may use, without what that may use.
 fn table() -> BTreeMap<&'static str, Vec<&'static str>> {
-    let (_, crates) = ARCHITECTURE.split_once("## Crates").unwrap();
-    let (crates, _) = crates.split_once("\n## ").unwrap();
+    let (_, crates) = ARCHITECTURE.split_once("## Crates").expect("a section of crates");
+    let (crates, _) = crates.split_once("\n## ").expect("a section after it");
     let row = |line: &'static str| {
         let cells: Vec<&str> = line.trim_matches('|').split(" | ").map(str::trim).collect();
         let name = cells[0].strip_prefix('`')?.strip_suffix('`')?;

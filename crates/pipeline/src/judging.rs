@@ -18,6 +18,8 @@ pub(crate) struct Chosen {
     pub(crate) ranked: Option<Ranked>,
     /// Really different poses, best first.
     others: Vec<Ranked>,
+    /// Of how many poses it is the most believable one; 1 where belief had no part in the choice.
+    chosen_from: u32,
 }
 
 impl Chain<'_, '_> {
@@ -31,7 +33,7 @@ impl Chain<'_, '_> {
         let Some(ranking) = ranking else {
             let Refinement { target_from_source, uncertainty, .. } =
                 self.refined(&prepared.surfaces, &pool[0].target_from_source, self.resolution);
-            return Chosen { target_from_source, uncertainty, ranked: None, others: Vec::new() };
+            return Chosen { target_from_source, uncertainty, ranked: None, others: Vec::new(), chosen_from: 1 };
         };
         let poses: Vec<RigidTransform> = pool.iter().map(|h| h.target_from_source).collect();
         let search = Search::new(self.config, self.signs);
@@ -53,6 +55,7 @@ impl Chain<'_, '_> {
             uncertainty: refined.uncertainty,
             ranked: Some(kept),
             others: ranking.others(&kept, ranked),
+            chosen_from: 1,
         }
     }
 
@@ -97,6 +100,7 @@ impl Chain<'_, '_> {
             significance: &significance,
             hold,
             resolution,
+            chosen_from: chosen.chosen_from,
         });
         if let (Some(ranking), Some(answer)) = (ranking, &chosen.ranked) {
             let best = answer.score.value();
@@ -141,7 +145,8 @@ impl Chain<'_, '_> {
             }
             let (significance, hold) = self.measured(&ranked.target_from_source, &prepared.surfaces, evidence);
             let (ranked, second) = (Some(ranked), answer.score.value());
-            let known = Evident { ranked, second, significance: &significance, hold, resolution }.predictors();
+            let known =
+                Evident { ranked, second, significance: &significance, hold, resolution, chosen_from: 1 }.predictors();
             judgement.examined.extend(known);
             if config.verdict.is_rival(known.as_ref(), judgement.predictors.as_ref()) {
                 judgement.rivals.extend(ranked);
@@ -160,10 +165,11 @@ impl Chain<'_, '_> {
         ranking: &Ranking<'_>,
     ) -> Option<(Ranked, Answer)> {
         answer.judgement.doubt.as_ref()?;
+        let chosen_from = 1 + chosen.others.len() as u32;
         let confidence = |other: &Ranked| {
             let (significance, hold) = self.measured(&other.target_from_source, &prepared.surfaces, evidence);
-            let resolution = self.resolution;
-            let known = Evident { ranked: Some(*other), second: 1.0, significance: &significance, hold, resolution };
+            let (ranked, resolution) = (Some(*other), self.resolution);
+            let known = Evident { ranked, second: 1.0, significance: &significance, hold, resolution, chosen_from };
             self.config.verdict.judge(&known).confidence
         };
         let confidences: Vec<f64> = chosen.others.iter().map(confidence).collect();
@@ -173,7 +179,8 @@ impl Chain<'_, '_> {
         }
         let ranked: Vec<Ranked> = chosen.ranked.iter().chain(&chosen.others).copied().collect();
         let inliers = self.counts.inliers;
-        let other = self.settled(&chosen.others[best], &ranked, prepared, ranking);
+        let settled = self.settled(&chosen.others[best], &ranked, prepared, ranking);
+        let other = Chosen { chosen_from, ..settled };
         let another = self.judged(&other, prepared, evidence, Some(ranking));
         if another.judgement.confidence <= answer.judgement.confidence {
             self.counts.inliers = inliers;

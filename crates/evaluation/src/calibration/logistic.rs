@@ -86,6 +86,7 @@ pub(super) mod tests {
                     log10_false_alarms: stream.between(-12.0, 4.0),
                     stiffness: stream.between(0.005, 0.1),
                     normal_angle: stream.between(0.05, 0.4),
+                    chosen_from: 1,
                 };
                 let right = stream.unit() < truth.confidence(&known);
                 let error_pr = right.then_some(1.0);

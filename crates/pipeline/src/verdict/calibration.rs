@@ -26,6 +26,13 @@ pub struct Predictors {
     pub stiffness: f64,
     /// Mean angle between the normals where the surfaces touch, radians.
     pub normal_angle: f64,
+    /// Of how many poses this is the most believable one; 1 where belief had no part in the choice.
+    #[serde(default = "one")]
+    pub chosen_from: u32,
+}
+
+fn one() -> u32 {
+    1
 }
 
 /// Number of terms of the model beside the intercept.
@@ -139,13 +146,15 @@ impl Calibration {
     }
 
     /// Natural logarithm of the odds of a right answer: none where more of what touches disagrees in its normals than agrees, as
-    /// when walls lie on each other back to front.
+    /// when walls lie on each other back to front. Who looks at several poses for one to believe finds one more easily, so the
+    /// odds are divided by their number.
     #[must_use]
     pub fn log_odds(&self, known: &Predictors) -> f64 {
         if known.disagreeing > known.overlap {
             return f64::NEG_INFINITY;
         }
-        self.intercept + self.weights().iter().zip(known.terms()).map(|(w, x)| w * x).sum::<f64>()
+        let alone = self.intercept + self.weights().iter().zip(known.terms()).map(|(w, x)| w * x).sum::<f64>();
+        alone - f64::from(known.chosen_from.max(1)).ln()
     }
 }
 
@@ -169,6 +178,7 @@ mod tests {
         log10_false_alarms: -60.0,
         stiffness: 0.05,
         normal_angle: 0.1,
+        chosen_from: 1,
     };
 
     #[test]
@@ -176,6 +186,8 @@ mod tests {
         let calibration = Calibration::new(0.5, [-0.7, -2.0, -10.0, -20.0, 0.5, 2.0, 3.0]);
         let log_odds = 0.5 - 0.2 - 0.1 - 0.02 + 0.5 * 61f64.ln() + 2.0 * 0.05f64.ln() + 3.0 * 0.1;
         assert!((calibration.confidence(&GOOD) - 1.0 / (1.0 + (-log_odds).exp())).abs() < 1e-12);
+        let of_six = calibration.log_odds(&Predictors { chosen_from: 6, ..GOOD });
+        assert!((of_six - (log_odds - 6f64.ln())).abs() < 1e-12);
     }
 
     #[test]

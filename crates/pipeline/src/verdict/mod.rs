@@ -25,6 +25,8 @@ pub(crate) struct Evident<'a> {
     pub(crate) hold: Hold,
     /// `pr`, data units.
     pub(crate) resolution: f64,
+    /// Of how many poses it is the most believable one.
+    pub(crate) chosen_from: u32,
 }
 
 /// What is thought of an answer.
@@ -118,6 +120,7 @@ impl Evident<'_> {
             log10_false_alarms: self.significance.log10_false_alarms,
             stiffness: self.hold.stiffness[0],
             normal_angle: ranked.agreement.normal_angle,
+            chosen_from: self.chosen_from,
         })
     }
 }
