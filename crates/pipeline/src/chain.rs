@@ -90,10 +90,9 @@ impl<'a> Chain<'a, '_> {
         let answer = self.judged(&chosen, prepared, &evidence, ranking.as_ref());
         let (Some(ranked), Some(ranking)) = (chosen.ranked, &ranking) else { return Ok(answer) };
         self.memory.note(&self.config.sampling, self.signs, &ranked);
-        match self.more_believable(&answer, &chosen, prepared, &evidence, ranking) {
-            Some((ranked, answer)) => self.sharpened(answer, &ranked, ranking),
-            None => self.sharpened(answer, &ranked, ranking),
-        }
+        let other = self.more_believable(&answer, &chosen, prepared, &evidence, ranking);
+        let (ranked, answer) = other.unwrap_or((ranked, answer));
+        self.sharpened(answer, &ranked, ranking)
     }
 
     /// Nothing where there are no signs to turn.

@@ -75,12 +75,11 @@ pub fn estimate_view(points: &[Point], normals: &[Point], index: &NeighborIndex,
     let (viewpoint, cost) = cloud.best_near();
     let is_outside = (viewpoint - cloud.middle).norm() > cloud.radius;
     let hides_much = hidden > MUCH_HIDDEN;
-    let kind = if cost > NEAR_COST || (is_outside && hides_much && bulges(points, normals, index, &cloud)) {
-        ViewKind::Closed
-    } else if hides_much {
-        ViewKind::Within
-    } else {
-        ViewKind::Near
+    let kind = match (hides_much, is_outside) {
+        _ if cost > NEAR_COST => ViewKind::Closed,
+        (true, true) if bulges(points, normals, index, &cloud) => ViewKind::Closed,
+        (true, false) => ViewKind::Within,
+        _ => ViewKind::Near,
     };
     View { kind, viewpoint, sure: is_outside && kind == ViewKind::Near }
 }

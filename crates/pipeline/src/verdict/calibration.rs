@@ -27,12 +27,7 @@ pub struct Predictors {
     /// Mean angle between the normals where the surfaces touch, radians.
     pub normal_angle: f64,
     /// Of how many poses this is the most believable one; 1 where belief had no part in the choice.
-    #[serde(default = "one")]
     pub chosen_from: u32,
-}
-
-fn one() -> u32 {
-    1
 }
 
 /// Number of terms of the model beside the intercept.
