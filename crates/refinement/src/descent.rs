@@ -9,7 +9,7 @@ use nalgebra::Vector6;
 use rayon::prelude::*;
 
 /// Points whose sums one thread makes at a time; fixed, so that the order of additions is too.
-pub(crate) const CHUNK: usize = 1024;
+const CHUNK: usize = 1024;
 /// Share of the rounds over which the radius shrinks.
 const SHRINKING: f64 = 0.7;
 /// The robust support of a pose may not fall below this share of what it was.
@@ -56,28 +56,39 @@ pub(crate) struct Scene<'a> {
 impl Schedule {
     /// Moves, and says how good the end is; the start is kept where the surfaces lose touch.
     pub(crate) fn refine<D: Distance>(&self, scene: Scene<'_>, distance: &D, start: &RigidTransform) -> Refinement {
-        let end = self.descend(scene, distance, start);
-        let (before, after) = (self.touching(scene, distance, start), self.touching(scene, distance, &end));
+        let at_the_end = |pose: &RigidTransform| self.pairing(scene, pose, self.end_radius);
+        let mut subsets = self.subsets(scene);
+        // What the first subset sees is remembered from the start over the descent to the end.
+        let before = subsets[0].sums(&at_the_end(start), distance);
+        let end = self.descent(scene, distance, start, &mut subsets);
+        let after = subsets[0].sums(&at_the_end(&end), distance);
         let kept = after.weight >= MIN_SUPPORT * before.weight;
         let (pose, equations) = if kept { (end, after) } else { (*start, before) };
-        let pairing = self.pairing(scene, &pose, self.end_radius);
-        let known = uncertainty(&pairing, self.stride(scene), self.freedom).map(|known| known.widened(D::UNSEEN));
-        Refinement { uncertainty: known, ..refinement(pose, &equations) }
+        let known = uncertainty(&mut subsets[0], &at_the_end(&pose), &equations, self.freedom);
+        Refinement { uncertainty: known.map(|known| known.widened(D::UNSEEN)), ..refinement(pose, &equations) }
     }
 
     /// Moves, and nothing else.
     pub(crate) fn descend(&self, scene: Scene<'_>, distance: &impl Distance, start: &RigidTransform) -> RigidTransform {
+        self.descent(scene, distance, start, &mut self.subsets(scene))
+    }
+
+    fn descent(
+        &self,
+        scene: Scene<'_>,
+        distance: &impl Distance,
+        start: &RigidTransform,
+        subsets: &mut [Subset],
+    ) -> RigidTransform {
         let reach = scene.source.points().iter().map(|p| wide(*p).norm()).fold(0.0, f64::max);
-        let stride = self.stride(scene);
-        let subset = |offset| Subset::new(scene.source.len(), offset, stride);
-        let mut subsets: Vec<Subset> = (0..stride.min(self.rounds)).map(subset).collect();
         let mut pose = *start;
         for round in 0..self.rounds {
             let progress = (round as f64 / (SHRINKING * self.rounds as f64)).min(1.0);
             let radius = self.start_radius * (self.end_radius / self.start_radius).powf(progress);
             // Another subset every time: together they are the whole surface.
             let pairing = self.pairing(scene, &pose, radius);
-            let Some(step) = subsets[round % stride].sums(&pairing, distance).step(self.freedom) else { break };
+            let subset = &mut subsets[round % self.stride(scene)];
+            let Some(step) = subset.sums(&pairing, distance).step(self.freedom) else { break };
             let moved = movement(&step, &pose, reach);
             pose = applied(&step, &pose);
             if progress >= 1.0 && moved < self.tolerance {
@@ -89,12 +100,15 @@ impl Schedule {
 
     /// What holds a pose as it is: the pairs within the end radius.
     pub(crate) fn measure(&self, scene: Scene<'_>, distance: &impl Distance, pose: &RigidTransform) -> Refinement {
-        refinement(*pose, &self.touching(scene, distance, pose))
+        let pairing = self.pairing(scene, pose, self.end_radius);
+        refinement(*pose, &Subset::new(scene.source.len(), 0, self.stride(scene)).sums(&pairing, distance))
     }
 
-    fn touching(&self, scene: Scene<'_>, distance: &impl Distance, pose: &RigidTransform) -> Equations {
-        Subset::new(scene.source.len(), 0, self.stride(scene))
-            .sums(&self.pairing(scene, pose, self.end_radius), distance)
+    /// As many as there are rounds at most, and one at least.
+    fn subsets(&self, scene: Scene<'_>) -> Vec<Subset> {
+        let stride = self.stride(scene);
+        let subset = |offset| Subset::new(scene.source.len(), offset, stride);
+        (0..stride.min(self.rounds).max(1)).map(subset).collect()
     }
 
     fn stride(&self, scene: Scene<'_>) -> usize {
@@ -108,7 +122,7 @@ impl Schedule {
 }
 
 /// Every `stride`-th point of the source, and what each of them has seen the last time.
-struct Subset {
+pub(crate) struct Subset {
     points: Vec<usize>,
     last: Vec<LastSeen>,
 }
@@ -119,19 +133,26 @@ impl Subset {
         Subset { last: vec![LastSeen::default(); points.len()], points }
     }
 
-    /// In an order that does not depend on threads.
     fn sums(&mut self, pairing: &Pairing<'_>, distance: &impl Distance) -> Equations {
+        let parts = self.gathered(pairing, |equations, touch| distance.add(equations, touch));
+        parts.into_iter().fold(Equations::default(), Equations::plus)
+    }
+
+    /// What is gathered from the touching points, in parts that do not depend on threads.
+    pub(crate) fn gathered<T: Default + Send>(
+        &mut self,
+        pairing: &Pairing<'_>,
+        add: impl Fn(&mut T, &Touch) + Sync,
+    ) -> Vec<T> {
         let one_chunk = |(points, last): (&[usize], &mut [LastSeen])| {
-            let mut equations = Equations::default();
-            pairing.each_touch(points, last, |touch| distance.add(&mut equations, &touch));
-            equations
+            let mut part = T::default();
+            pairing.each_touch(points, last, |touch| add(&mut part, &touch));
+            part
         };
         if self.points.len() <= CHUNK {
-            return one_chunk((&self.points, &mut self.last));
+            return vec![one_chunk((&self.points, &mut self.last))];
         }
-        let chunks = self.points.par_chunks(CHUNK).zip(self.last.par_chunks_mut(CHUNK));
-        let parts: Vec<Equations> = chunks.map(one_chunk).collect();
-        parts.into_iter().fold(Equations::default(), Equations::plus)
+        self.points.par_chunks(CHUNK).zip(self.last.par_chunks_mut(CHUNK)).map(one_chunk).collect()
     }
 }
 

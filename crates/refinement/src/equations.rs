@@ -33,11 +33,12 @@ pub(crate) struct Equations {
 
 /// A symmetric sum; only the lower triangle is added up.
 #[derive(Clone, Copy, Debug, Default)]
-struct Symmetric6([[f64; 6]; 6]);
+pub(crate) struct Symmetric6([[f64; 6]; 6]);
 
 impl Symmetric6 {
+    /// Adds the row's square.
     #[inline]
-    fn add(&mut self, row: &Vector6<f64>, weight: f64) {
+    pub(crate) fn add(&mut self, row: &Vector6<f64>, weight: f64) {
         for i in 0..6 {
             let weighted = weight * row[i];
             for j in 0..=i {
@@ -58,11 +59,11 @@ impl Symmetric6 {
         }
     }
 
-    fn plus(&mut self, other: &Symmetric6) {
+    pub(crate) fn plus(&mut self, other: &Symmetric6) {
         self.0.as_flattened_mut().iter_mut().zip(other.0.as_flattened()).for_each(|(sum, more)| *sum += more);
     }
 
-    fn matrix(&self) -> Matrix6<f64> {
+    pub(crate) fn matrix(&self) -> Matrix6<f64> {
         Matrix6::from_fn(|i, j| self.0[i.max(j)][i.min(j)])
     }
 }

@@ -26,7 +26,7 @@ pub(crate) struct Touch {
 
 /// A source on its way to a target.
 pub(crate) struct Pairing<'a> {
-    pub(crate) source: &'a Surface,
+    source: &'a Surface,
     target: &'a Surface,
     nearest: &'a dyn Nearest,
     rotation: Matrix3<f64>,

@@ -6,12 +6,11 @@
 //! *H* its derivative (White 1980; Liang and Zeger 1986).
 
 use crate::Freedom;
-use crate::descent::CHUNK;
-use crate::equations::{Equations, MIN_STIFFNESS, row};
+use crate::descent::Subset;
+use crate::equations::{Equations, MIN_STIFFNESS, Symmetric6, row};
 use crate::pairing::{Pairing, Touch};
-use congruent_geometry::LastSeen;
 use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
-use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 /// Side of a patch, in units of the overlap's radius …
 const PATCH: f64 = 0.25;
@@ -65,16 +64,19 @@ impl Uncertainty {
     }
 }
 
-/// From the pairs under a refined pose, every `stride`-th point; nothing where too little touches to tell.
-pub(crate) fn uncertainty(pairing: &Pairing<'_>, stride: usize, freedom: Freedom) -> Option<Uncertainty> {
-    let chosen: Vec<usize> = (0..pairing.source.len()).step_by(stride).collect();
-    let touches: Vec<Touch> = chosen.par_chunks(CHUNK).flat_map_iter(|chosen| touches(pairing, chosen)).collect();
-    let mut equations = Equations::default();
-    touches.iter().for_each(|touch| equations.add_plane(touch));
+/// From the pairs under a refined pose, whose equations they made; nothing where too little touches to tell.
+pub(crate) fn uncertainty(
+    subset: &mut Subset,
+    pairing: &Pairing<'_>,
+    equations: &Equations,
+    freedom: Freedom,
+) -> Option<Uncertainty> {
     let basis = equations.basis_about_middle(freedom)?;
     let (middle, spread) = equations.middle();
     let patch = (PATCH * spread).max(MIN_PATCH * pairing.radius());
-    let pulls = pulls(&touches, &basis, &middle, patch);
+    let parts = subset.gathered(pairing, |forces: &mut Forces, touch| forces.add(touch, &middle, patch));
+    let (stiffness, pulls) = summed(parts);
+    let pulls: Vec<Vector6<f64>> = pulls.iter().map(|pull| basis.transpose() * pull).collect();
     if pulls.len() < MIN_PATCHES {
         return None;
     }
@@ -82,7 +84,7 @@ pub(crate) fn uncertainty(pairing: &Pairing<'_>, stride: usize, freedom: Freedom
     let scatter = pulls.iter().map(|pull| pull * pull.transpose()).sum::<Matrix6<f64>>() * few;
     let hold = equations.hold(freedom);
     let n_free = hold.n_free(MIN_STIFFNESS);
-    let mut stiffness = stiffness(&touches, &basis, &middle);
+    let mut stiffness = basis.transpose() * stiffness * basis;
     (0..n_free).for_each(|i| stiffness[(i, i)] = 1.0);
     let inverse = basis * stiffness.cholesky()?.inverse();
     // Where a start was kept that is no minimum, the step that was not made is uncertain too.
@@ -95,12 +97,6 @@ pub(crate) fn uncertainty(pairing: &Pairing<'_>, stride: usize, freedom: Freedom
     covariance.iter().all(|v| v.is_finite()).then_some(Uncertainty { covariance, about: middle, free_directions })
 }
 
-fn touches(pairing: &Pairing<'_>, points: &[usize]) -> Vec<Touch> {
-    let mut touches = Vec::with_capacity(points.len());
-    pairing.each_touch(points, &mut vec![LastSeen::default(); points.len()], |touch| touches.push(touch));
-    touches
-}
-
 /// A motion with its rotation in radians.
 pub(crate) fn scaled(motion: &Vector6<f64>, spread: f64) -> Vector6<f64> {
     let mut motion = *motion;
@@ -108,29 +104,43 @@ pub(crate) fn scaled(motion: &Vector6<f64>, spread: f64) -> Vector6<f64> {
     motion
 }
 
-/// How the pulls change along the motions of the basis: with the derivative `w (2w − 1)` of Cauchy's `w d`, not with the
-/// weight itself, because a robust weight falls as its distance grows.
-fn stiffness(touches: &[Touch], basis: &Matrix6<f64>, middle: &Vector3<f64>) -> Matrix6<f64> {
-    let change = |touch: &Touch| {
-        let row = basis.transpose() * row(&(touch.moved - middle), &touch.normal);
-        row * row.transpose() * (touch.weight * (2.0 * touch.weight - 1.0))
-    };
-    touches.iter().map(change).sum()
+/// What some of the touching points do to the pose.
+#[derive(Default)]
+struct Forces {
+    /// How the pulls change along the motions: with the derivative `w (2w − 1)` of Cauchy's `w d`, not with the weight itself,
+    /// because a robust weight falls as its distance grows.
+    stiffness: Symmetric6,
+    /// What patches pull at each motion. One that is left and entered again comes again.
+    pulls: Vec<(Patch, Vector6<f64>)>,
 }
 
-/// What each patch pulls at each motion of the basis, in an order that depends on the points' order alone.
-fn pulls(touches: &[Touch], basis: &Matrix6<f64>, middle: &Vector3<f64>, patch: f64) -> Vec<Vector6<f64>> {
-    let mut by_patch: Vec<([i64; 3], usize)> = touches
-        .iter()
-        .enumerate()
-        .map(|(i, touch)| (std::array::from_fn(|axis| (touch.moved[axis] / patch).floor() as i64), i))
-        .collect();
-    by_patch.sort_unstable();
-    by_patch
-        .chunk_by(|a, b| a.0 == b.0)
-        .map(|members| {
-            let pull = |touch: &Touch| row(&(touch.moved - middle), &touch.normal) * (touch.weight * touch.distance);
-            basis.transpose() * members.iter().map(|&(_, i)| pull(&touches[i])).sum::<Vector6<f64>>()
-        })
-        .collect()
+type Patch = [i64; 3];
+
+impl Forces {
+    fn add(&mut self, touch: &Touch, middle: &Vector3<f64>, patch: f64) {
+        let row = row(&(touch.moved - middle), &touch.normal);
+        self.stiffness.add(&row, touch.weight * (2.0 * touch.weight - 1.0));
+        let pull = row * (touch.weight * touch.distance);
+        let patch = std::array::from_fn(|axis| (touch.moved[axis] / patch).floor() as i64);
+        match self.pulls.last_mut() {
+            Some((last, sum)) if *last == patch => *sum += pull,
+            _ => self.pulls.push((patch, pull)),
+        }
+    }
+}
+
+/// The whole stiffness, and what each patch pulls, in the order in which they were first entered.
+fn summed(parts: Vec<Forces>) -> (Matrix6<f64>, Vec<Vector6<f64>>) {
+    let (mut stiffness, mut pulls, mut numbers) = (Symmetric6::default(), Vec::new(), FxHashMap::default());
+    for part in parts {
+        stiffness.plus(&part.stiffness);
+        for (patch, pull) in part.pulls {
+            let number = *numbers.entry(patch).or_insert(pulls.len());
+            if number == pulls.len() {
+                pulls.push(Vector6::zeros());
+            }
+            pulls[number] += pull;
+        }
+    }
+    (stiffness.matrix(), pulls)
 }
