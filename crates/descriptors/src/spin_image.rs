@@ -2,8 +2,10 @@
 //!
 //! A sheet of pixels turns about a keypoint's normal and counts the points that it sweeps.
 
-use crate::Descriptor;
-use congruent_geometry::{Length, Surface, wide};
+use crate::descriptor::table;
+use crate::{Descriptor, Features};
+use congruent_geometry::{Length, OrderedPoints, Surface, wide};
+use multiversion::multiversion;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::SQRT_2;
 
@@ -13,6 +15,8 @@ const WIDTH: usize = 8;
 const COLUMNS: usize = 2 * WIDTH + 1;
 /// Distances α from the axis, one row each, and one for interpolation.
 const ROWS: usize = WIDTH + 1;
+/// Cells along a radius: finer ones spare distances, coarser ones make longer runs.
+const CELLS_PER_RADIUS: f64 = 3.0;
 
 /// `[descriptor.spin-image]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -52,36 +56,91 @@ impl Descriptor for SpinImage {
     }
 
     fn describe_into(&self, surface: &Surface, keypoint: u32, row: &mut [f32]) -> bool {
-        let normal = wide(surface.normals()[keypoint as usize]);
-        let centre = surface.points()[keypoint as usize];
-        let pixel = self.radius / (WIDTH as f64 * SQRT_2);
+        self.swept(surface, &self.in_order(surface), keypoint, row)
+    }
+
+    fn describe(&self, surface: &Surface, keypoints: &[u32]) -> Features {
+        let ordered = self.in_order(surface);
+        table(self.dim(), keypoints, |keypoint, row| self.swept(surface, &ordered, keypoint, row))
+    }
+}
+
+impl SpinImage {
+    fn in_order(&self, surface: &Surface) -> OrderedPoints {
+        OrderedPoints::new(surface.points(), self.radius / CELLS_PER_RADIUS)
+    }
+
+    fn swept(&self, surface: &Surface, ordered: &OrderedPoints, keypoint: u32, row: &mut [f32]) -> bool {
+        let (centre, normal) = (surface.points()[keypoint as usize], wide(surface.normals()[keypoint as usize]));
+        let pixels_per_unit = WIDTH as f64 * SQRT_2 / self.radius;
+        let sheet = Sheet { centre: wide(centre).into(), normal: normal.into(), pixels_per_unit };
         let mut image = [0.0; ROWS * COLUMNS];
-        surface.index().within(&centre, self.radius, |n| {
-            let offset = wide(surface.points()[n.index as usize]) - wide(centre);
-            let beta = offset.dot(&normal);
-            let alpha = (offset.norm_squared() - beta * beta).max(0.0).sqrt();
-            if offset.norm_squared() > 0.0 {
-                deposit(alpha / pixel, beta / pixel, &mut image);
-            }
-        });
+        for run in ordered.cells().runs(&centre, self.radius) {
+            sheet.sweep(ordered.columns().each_ref().map(|column| &column[run.clone()]), &mut image);
+        }
         let total: f64 = image.iter().sum();
         row.iter_mut().zip(image).for_each(|(out, value)| *out = (value / total) as f32);
         total > 0.0 && normal.norm_squared() > 0.0
     }
 }
 
-/// Shares a point between the four pixels around it; `alpha` and `beta` in pixels. Nothing where it is off the sheet.
-fn deposit(alpha: f64, beta: f64, image: &mut [f64; ROWS * COLUMNS]) {
-    let width = WIDTH as f64;
-    if alpha >= width || beta.abs() >= width {
-        return;
+/// Points that are placed side by side.
+const LANES: usize = 16;
+
+/// What turns about a keypoint's normal.
+struct Sheet {
+    centre: [f64; 3],
+    normal: [f64; 3],
+    pixels_per_unit: f64,
+}
+
+impl Sheet {
+    /// Shares each point between the four pixels around its place.
+    fn sweep(&self, [xs, ys, zs]: [&[f32]; 3], image: &mut [f64; ROWS * COLUMNS]) {
+        for ((xs, ys), zs) in xs.chunks(LANES).zip(ys.chunks(LANES)).zip(zs.chunks(LANES)) {
+            let mut points = [[0.0; LANES]; 3];
+            points
+                .iter_mut()
+                .zip([xs, ys, zs])
+                .for_each(|(lanes, column)| lanes[..column.len()].copy_from_slice(column));
+            let (first, shares) = places(&points, self);
+            for (lane, &first) in first.iter().enumerate().take(xs.len()) {
+                let first = first as usize;
+                image[first] += shares[0][lane];
+                image[first + 1] += shares[1][lane];
+                image[first + COLUMNS] += shares[2][lane];
+                image[first + COLUMNS + 1] += shares[3][lane];
+            }
+        }
     }
-    let (right, up) = (alpha.fract(), beta - beta.floor());
-    let first = alpha as usize * COLUMNS + (beta.floor() + width) as usize;
-    image[first] += (1.0 - right) * (1.0 - up);
-    image[first + 1] += (1.0 - right) * up;
-    image[first + COLUMNS] += right * (1.0 - up);
-    image[first + COLUMNS + 1] += right * up;
+}
+
+/// For each point the first of its four pixels, and what each of them gets: nothing where the point is off the sheet or at the
+/// keypoint. Compiled once for each instruction set and chosen at run time; the bits are the same on all of them.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+fn places([xs, ys, zs]: &[[f32; LANES]; 3], sheet: &Sheet) -> ([u32; LANES], [[f64; LANES]; 4]) {
+    let (centre, normal, width) = (sheet.centre, sheet.normal, WIDTH as f64);
+    let (mut first, mut shares) = ([0; LANES], [[0.0; LANES]; 4]);
+    for lane in 0..LANES {
+        let [x, y, z] =
+            [f64::from(xs[lane]) - centre[0], f64::from(ys[lane]) - centre[1], f64::from(zs[lane]) - centre[2]];
+        let away_sq = x * x + y * y + z * z;
+        let height = x * normal[0] + y * normal[1] + z * normal[2];
+        let across_sq = away_sq - height * height;
+        let across = if across_sq > 0.0 { across_sq } else { 0.0 }.sqrt();
+        let (alpha, beta) = (across * sheet.pixels_per_unit, height * sheet.pixels_per_unit);
+        let counts = alpha < width && beta < width && beta > -width && away_sq > 0.0;
+        let (alpha, beta) = if counts { (alpha, beta) } else { (0.0, 0.0) };
+        let (row, column) = (alpha.floor(), beta.floor());
+        let (right, up) = (alpha - row, beta - column);
+        first[lane] = (row * COLUMNS as f64 + column + width) as i32 as u32;
+        let one = if counts { 1.0 } else { 0.0 };
+        shares[0][lane] = one * (1.0 - right) * (1.0 - up);
+        shares[1][lane] = one * (1.0 - right) * up;
+        shares[2][lane] = one * right * (1.0 - up);
+        shares[3][lane] = one * right * up;
+    }
+    (first, shares)
 }
 
 #[cfg(test)]
@@ -100,25 +159,59 @@ mod tests {
         assert!((features.row(0).iter().sum::<f32>() - 1.0).abs() < 1e-5);
     }
 
+    /// The image of points at these distances from the axis and heights, in pixels; about z.
+    fn image_of(places: &[(f32, f32)]) -> [f64; ROWS * COLUMNS] {
+        let sheet = Sheet { centre: [0.0; 3], normal: [0.0, 0.0, 1.0], pixels_per_unit: 1.0 };
+        let (xs, zs): (Vec<f32>, Vec<f32>) = places.iter().copied().unzip();
+        let mut image = [0.0; ROWS * COLUMNS];
+        sheet.sweep([&xs, &vec![0.0; xs.len()], &zs], &mut image);
+        image
+    }
+
     #[test]
     fn a_point_between_pixels_is_shared() {
-        let mut image = [0.0; ROWS * COLUMNS];
-        deposit(2.25, -1.5, &mut image);
+        let image = image_of(&[(2.25, -1.5)]);
         let at = |i: usize, j: usize| image[i * COLUMNS + j];
         assert_eq!([at(2, 6), at(2, 7), at(3, 6), at(3, 7)], [0.375, 0.375, 0.125, 0.125]);
     }
 
     #[test]
-    fn points_off_the_sheet_do_not_count() {
-        let mut image = [0.0; ROWS * COLUMNS];
-        for (alpha, beta) in [(8.0, 0.0), (0.0, 8.0), (0.0, -8.0)] {
-            deposit(alpha, beta, &mut image);
+    fn points_off_the_sheet_and_at_the_keypoint_do_not_count() {
+        let off = [(8.0, 0.0), (0.0, 8.0), (0.0, -8.0), (0.0, 0.0), (f32::MAX, 1.0)];
+        assert_eq!(image_of(&off), [0.0; ROWS * COLUMNS]);
+        let on = [(7.999, 7.999), (7.999, -7.999), (0.0, 0.001)];
+        assert!((image_of(&on).iter().sum::<f64>() - 3.0).abs() < 1e-12);
+        // More than fit side by side.
+        let many = vec![(3.5, 1.5); 3 * LANES + 1];
+        assert_eq!(image_of(&many).iter().sum::<f64>(), many.len() as f64);
+    }
+
+    #[test]
+    fn the_grid_finds_what_the_definition_asks_for() {
+        let surface = bumpy(40, 7);
+        for keypoint in [0, 333, 821] {
+            let mut expected = [0.0; ROWS * COLUMNS];
+            let (centre, normal) = (wide(surface.points()[keypoint]), wide(surface.normals()[keypoint]));
+            for point in surface.points() {
+                let offset = (wide(*point) - centre) * (WIDTH as f64 * SQRT_2 / SPIN.radius);
+                let (alpha, beta) = (offset.cross(&normal).norm(), offset.dot(&normal));
+                if offset.norm() > 0.0 && alpha < WIDTH as f64 && beta.abs() < WIDTH as f64 {
+                    for (row, column) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                        let share = |place: f64, next| {
+                            if next == 1 { place - place.floor() } else { 1.0 - place + place.floor() }
+                        };
+                        let height = (beta.floor() + WIDTH as f64) as usize;
+                        expected[(alpha as usize + row) * COLUMNS + height + column] +=
+                            share(alpha, row) * share(beta, column);
+                    }
+                }
+            }
+            let total: f64 = expected.iter().sum();
+            let features = SPIN.describe(&surface, &[keypoint as u32]);
+            for (found, expected) in features.row(0).iter().zip(expected) {
+                assert!((f64::from(*found) - expected / total).abs() < 1e-5);
+            }
         }
-        assert_eq!(image.iter().sum::<f64>(), 0.0);
-        for (alpha, beta) in [(7.999, 7.999), (7.999, -7.999), (0.0, 0.0)] {
-            deposit(alpha, beta, &mut image);
-        }
-        assert!((image.iter().sum::<f64>() - 3.0).abs() < 1e-12);
     }
 
     #[test]
