@@ -10,20 +10,20 @@ const JSONL: &str = "results.jsonl";
 const CSV: &str = "results.csv";
 
 /// What `results.jsonl` holds.
-pub(crate) struct Rows {
+pub(crate) struct EvaluationRows {
     rows: Vec<PairRow>,
     journal: Journal,
 }
 
-impl Rows {
+impl EvaluationRows {
     /// The rows of a directory, ready for more. Rows with an error are left out, so that their pairs are tried again.
-    pub(crate) fn open(directory: &Path) -> Result<Rows> {
+    pub(crate) fn open(directory: &Path) -> Result<EvaluationRows> {
         std::fs::create_dir_all(directory).with_context(|| format!("{}: cannot be created", directory.display()))?;
         let path = directory.join(JSONL);
         let mut rows: Vec<PairRow> = if path.exists() { read_rows(&path)? } else { Vec::new() };
         rows.retain(|row| row.status != Status::Error);
         let journal = Journal::begin(&path, &rows, "run it again")?;
-        Ok(Rows { rows, journal })
+        Ok(EvaluationRows { rows, journal })
     }
 
     /// The rows of a directory.

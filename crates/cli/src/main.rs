@@ -9,6 +9,7 @@ mod batch;
 mod calibration;
 mod commands;
 mod configuration;
+mod evaluation_rows;
 mod fingerprint;
 mod guess;
 mod journal;
@@ -18,7 +19,6 @@ mod progress;
 mod reasons;
 mod reconstruct;
 mod result;
-mod rows;
 
 use clap::Parser;
 use std::process::ExitCode;

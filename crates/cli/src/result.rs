@@ -2,7 +2,7 @@
 
 use crate::reasons::Reasons;
 use congruent_geometry::{Length, to_rows};
-use congruent_pipeline::{Pair, PipelineConfig, Registration};
+use congruent_pipeline::{Pair, PipelineConfig, Registration, VerdictKind};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -17,7 +17,7 @@ pub(crate) struct Report {
     target: String,
     /// Row-major; maps source coordinates into the target's frame.
     target_from_source: Option<[[f64; 4]; 4]>,
-    verdict: &'static str,
+    verdict: VerdictKind,
     reason: Option<String>,
     /// Where the verdict is ambiguous: the other poses, best first.
     alternatives: Vec<Alternative>,
@@ -145,7 +145,6 @@ impl Report {
         reading: Duration,
         total: Duration,
     ) -> Self {
-        let (verdict, reason) = registration.verdict_words();
         let mut timings: BTreeMap<_, _> =
             registration.timings.iter().map(|t| (t.stage.name(), t.time.as_secs_f64())).collect();
         timings.insert("reading", reading.as_secs_f64());
@@ -155,8 +154,8 @@ impl Report {
             source: files.source.display().to_string(),
             target: files.target.display().to_string(),
             target_from_source: registration.target_from_source.as_ref().map(to_rows),
-            verdict,
-            reason,
+            verdict: registration.verdict.kind(),
+            reason: registration.reason(),
             alternatives: registration
                 .alternatives
                 .iter()

@@ -3,7 +3,7 @@
 use crate::{GroundTruth, csv_line, inlier_share, repeatability};
 use congruent_geometry::{RigidTransform, to_rows};
 use congruent_metrics::Evidence;
-use congruent_pipeline::{Registration, Trace, Verdict};
+use congruent_pipeline::{Registration, Trace, VerdictKind};
 use serde::{Deserialize, Serialize};
 
 /// Keypoints this close, in `pr` of the chain, are the same.
@@ -47,8 +47,8 @@ pub struct PairRow {
     pub rotation_deg: Option<f64>,
     /// Translation error.
     pub translation: Option<f64>,
-    /// `ok`, `ambiguous` or `failed`.
-    pub verdict: Option<String>,
+    /// Nothing where a file could not be used.
+    pub verdict: Option<VerdictKind>,
     /// Of the verdict, 0 to 1.
     pub confidence: Option<f64>,
     /// From two scans in memory to the answer.
@@ -143,7 +143,7 @@ impl PairRow {
     #[must_use]
     pub fn judged(mut self, truth: &GroundTruth, registration: &Registration, trace: &Trace, seconds: f64) -> Self {
         self.status = if truth.is_evaluable() { Status::Scored } else { Status::NotEvaluable };
-        self.verdict = Some(name_of(&registration.verdict).to_owned());
+        self.verdict = Some(registration.verdict.kind());
         self.confidence = Some(registration.confidence);
         self.seconds = seconds;
         self.n_shared = truth.n_shared();
@@ -191,7 +191,7 @@ impl PairRow {
             maybe(self.rotation_deg),
             // Data units may be metres or millimetres.
             self.translation.map_or(String::new(), |v| format!("{v:.6e}")),
-            self.verdict.clone().unwrap_or_default(),
+            self.verdict.map(|verdict| verdict.to_string()).unwrap_or_default(),
             maybe(self.confidence),
             number(self.seconds),
             self.n_shared.to_string(),
@@ -226,14 +226,6 @@ impl PairRow {
             REPEATED_WITHIN_PR * resolution,
             SHARED_WITHIN_PR * resolution,
         );
-    }
-}
-
-fn name_of(verdict: &Verdict) -> &'static str {
-    match verdict {
-        Verdict::Ok => "ok",
-        Verdict::Ambiguous => "ambiguous",
-        Verdict::Failed(_) => "failed",
     }
 }
 

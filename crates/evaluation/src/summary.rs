@@ -2,6 +2,7 @@
 
 use crate::statistics::{mcnemar, median, p_text, wilson};
 use crate::{PairRow, Status};
+use congruent_pipeline::VerdictKind;
 use std::collections::HashMap;
 use std::fmt::{self, Write};
 
@@ -40,7 +41,7 @@ impl<'a> Summary<'a> {
     #[must_use]
     pub fn verdict_precision(&self) -> (usize, usize) {
         let said_ok: Vec<&PairRow> =
-            self.scored.iter().copied().filter(|row| row.verdict.as_deref() == Some("ok")).collect();
+            self.scored.iter().copied().filter(|row| row.verdict == Some(VerdictKind::Ok)).collect();
         right(&said_ok, VERDICT_D_RMSE)
     }
 
@@ -151,10 +152,10 @@ pub fn mcnemar_of(first: &[PairRow], second: &[PairRow]) -> String {
 mod tests {
     use super::*;
 
-    fn row(pair: &str, overlap: f64, rmse_pr: Option<f64>, verdict: &str) -> PairRow {
+    fn row(pair: &str, overlap: f64, rmse_pr: Option<f64>, verdict: VerdictKind) -> PairRow {
         PairRow {
             rmse_pr,
-            verdict: Some(verdict.to_owned()),
+            verdict: Some(verdict),
             pair: pair.to_owned(),
             inliers_5pr: 9,
             seconds: 1.0,
@@ -164,12 +165,12 @@ mod tests {
 
     fn rows() -> Vec<PairRow> {
         vec![
-            row("1", 0.9, Some(0.7), "ok"),
-            row("2", 0.2, Some(7.0), "ok"),
-            row("3", 0.4, Some(2.4), "failed"),
-            row("4", 0.4, None, "failed"),
-            row("5", 0.4, None, "failed").with_error("gone".to_owned()),
-            PairRow { status: Status::NotEvaluable, ..row("6", 0.0, None, "ok") },
+            row("1", 0.9, Some(0.7), VerdictKind::Ok),
+            row("2", 0.2, Some(7.0), VerdictKind::Ok),
+            row("3", 0.4, Some(2.4), VerdictKind::Failed),
+            row("4", 0.4, None, VerdictKind::Failed),
+            row("5", 0.4, None, VerdictKind::Failed).with_error("gone".to_owned()),
+            PairRow { status: Status::NotEvaluable, ..row("6", 0.0, None, VerdictKind::Ok) },
         ]
     }
 

@@ -107,6 +107,12 @@ impl Collection {
         std::iter::once(self.raw_resolution).chain(self.resolutions.iter().copied()).collect()
     }
 
+    /// What `pr` means after sampling, data units: that of the first budget.
+    #[must_use]
+    pub fn resolution(&self) -> f64 {
+        self.resolutions[0]
+    }
+
     /// Samples and describes a scan; the seed has no part in it.
     #[must_use]
     pub fn describe(&self, scan: &Scan, variant: Variant) -> DescribedScan {

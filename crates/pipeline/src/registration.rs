@@ -4,6 +4,8 @@ use crate::ranking::Ranked;
 use crate::{Failure, Pair, Predictors, StageTime};
 use congruent_geometry::{Oriented, RigidTransform};
 use congruent_refinement::{Hold, Uncertainty};
+use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// Whether the pose is to be believed.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +16,48 @@ pub enum Verdict {
     Ambiguous,
     /// No pose, or none to be believed.
     Failed(Failure),
+}
+
+impl Verdict {
+    /// Without the reason.
+    #[must_use]
+    pub fn kind(&self) -> VerdictKind {
+        match self {
+            Verdict::Ok => VerdictKind::Ok,
+            Verdict::Ambiguous => VerdictKind::Ambiguous,
+            Verdict::Failed(_) => VerdictKind::Failed,
+        }
+    }
+}
+
+/// A verdict in a word, as it is printed and kept in files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum VerdictKind {
+    /// To be believed.
+    Ok,
+    /// One of several poses that fit as well.
+    Ambiguous,
+    /// Not to be believed.
+    Failed,
+}
+
+impl VerdictKind {
+    /// `ok`, `ambiguous` or `failed`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            VerdictKind::Ok => "ok",
+            VerdictKind::Ambiguous => "ambiguous",
+            VerdictKind::Failed => "failed",
+        }
+    }
+}
+
+impl fmt::Display for VerdictKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
 }
 
 /// How much of what there was.
@@ -110,19 +154,18 @@ pub struct Registration {
 }
 
 impl Registration {
-    /// The verdict in a word (`ok`, `ambiguous`, `failed`), and why it is not `ok`.
+    /// Why the verdict is not `Ok`; nothing where it is.
     #[must_use]
-    pub fn verdict_words(&self) -> (&'static str, Option<String>) {
+    pub fn reason(&self) -> Option<String> {
         match &self.verdict {
-            Verdict::Ok => ("ok", None),
+            Verdict::Ok => None,
             Verdict::Ambiguous => {
                 let others = self.alternatives.len();
-                let reason = format!(
+                Some(format!(
                     "{others} really different poses fit nearly as well: the scene is symmetric or repeats itself; an initial guess or more overlap would tell them apart"
-                );
-                ("ambiguous", Some(reason))
+                ))
             }
-            Verdict::Failed(failure) => ("failed", Some(failure.to_string())),
+            Verdict::Failed(failure) => Some(failure.to_string()),
         }
     }
 }

@@ -123,7 +123,7 @@ fn pairs(rows: &[PairRow]) -> Table {
             number(Some(row.overlap), 2),
             number(row.rmse_pr, 2),
             number(row.rotation_deg, 2),
-            row.verdict.clone().unwrap_or("–".to_owned()),
+            row.verdict.map_or("–".to_owned(), |verdict| verdict.to_string()),
             number(row.confidence, 3),
             row.matches.to_string(),
             number(Some(100.0 * row.inliers_5pr as f64 / row.matches.max(1) as f64), 1),

@@ -39,7 +39,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 pub(crate) use survey::Survey;
-use work::Work;
+use work::{PanicSilence, Work};
 
 /// Some pair ended with an error, or was given up.
 const SOME_FAILED: u8 = 1;
@@ -75,11 +75,7 @@ pub(crate) fn run_then(args: &BatchArgs, then: &dyn Fn(&Ended<'_>) -> Result<Exi
     input.remarks.iter().for_each(|remark| output::remark(&format!("warning: {remark}")));
     let config = layers::resolve(&Sources::of_run(&args.run, Some(&input.folder)))?.config;
     let interrupted = on_interrupt()?;
-    let hook = std::panic::take_hook();
-    work::silence_panics();
-    let ended = batch(args, &input, &config, &interrupted, then);
-    std::panic::set_hook(hook);
-    ended
+    batch(args, &input, &config, &interrupted, then)
 }
 
 fn batch(
@@ -93,6 +89,8 @@ fn batch(
     let cache = Cache::new(usize::try_from(kept).unwrap_or(usize::MAX));
     let threads = args.run.threads.map_or_else(all_processors, usize::from);
     let crew = Crew { threads, memory: args.memory - kept, stop: interrupted };
+    // A panic is told by the row of its pair, or of its scan.
+    let silence = PanicSilence::begin();
     let Some(survey) = Survey::of(input, config, &crew)? else { return Ok(stopped()) };
     let neighbors = args.neighbors.unwrap_or(NEIGHBORS) as usize;
     let Some(jobs) = chosen(input, &survey, &cache, &crew, neighbors)? else { return Ok(stopped()) };
@@ -103,6 +101,7 @@ fn batch(
 
     let work = Work { input, survey: &survey, cache: &cache, config, time_limit: args.time_limit };
     work.run(missing, &results, &crew)?;
+    drop(silence);
     let summary = results.finish(&args.output)?;
     output::remark(&summary.text(&args.output));
     if interrupted.load(Ordering::Relaxed) {

@@ -9,7 +9,7 @@ use crate::fingerprint::fnv;
 use crate::journal::{Journal, read_rows, write_rows};
 use anyhow::{Context, Result, bail};
 use congruent_io::write_file;
-use congruent_pipeline::PipelineConfig;
+use congruent_pipeline::{PipelineConfig, VerdictKind};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
@@ -159,7 +159,7 @@ pub(super) fn put(folder: &Path, mut rows: Vec<Row>) -> Result<Summary> {
 /// What a folder's rows say, in numbers.
 pub(super) struct Summary {
     rows: usize,
-    verdicts: BTreeMap<String, usize>,
+    verdicts: BTreeMap<VerdictKind, usize>,
     /// Rows without a verdict.
     pub(super) errors: usize,
 }
@@ -167,7 +167,7 @@ pub(super) struct Summary {
 impl Summary {
     fn of(rows: &[Row]) -> Summary {
         let mut verdicts = BTreeMap::new();
-        for verdict in rows.iter().filter_map(|row| row.verdict.clone()) {
+        for verdict in rows.iter().filter_map(|row| row.verdict) {
             *verdicts.entry(verdict).or_default() += 1;
         }
         Summary { rows: rows.len(), verdicts, errors: rows.iter().filter(|row| row.status != Status::Done).count() }

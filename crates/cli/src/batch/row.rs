@@ -3,7 +3,7 @@
 use super::pairs::Job;
 use crate::result::Counts;
 use congruent_geometry::{RigidTransform, angle_between, to_rows};
-use congruent_pipeline::Registration;
+use congruent_pipeline::{Registration, VerdictKind};
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -16,7 +16,7 @@ pub(crate) struct Row {
     pub(crate) source: String,
     pub(crate) target: String,
     pub(super) status: Status,
-    pub(crate) verdict: Option<String>,
+    pub(crate) verdict: Option<VerdictKind>,
     pub(super) reason: Option<String>,
     pub(crate) error: Option<String>,
     pub(crate) target_from_source: Option<[[f64; 4]; 4]>,
@@ -100,14 +100,13 @@ impl Row {
         took: Duration,
         (registration, centre): (&Registration, Vector3<f64>),
     ) -> Row {
-        let (verdict, reason) = registration.verdict_words();
         let mut row = Row::of(job, names, seed, configuration, took);
         row.timings.extend(registration.timings.iter().map(|t| (t.stage.name().to_owned(), t.time.as_secs_f64())));
         let pose = registration.target_from_source.as_ref();
         let errors = pose.zip(job.truth.as_ref()).map(|(pose, truth)| errors(pose, truth, centre));
         Row {
-            verdict: Some(verdict.to_owned()),
-            reason,
+            verdict: Some(registration.verdict.kind()),
+            reason: registration.reason(),
             target_from_source: pose.map(to_rows),
             alternatives: registration.alternatives.iter().map(|(pose, _)| to_rows(pose)).collect(),
             confidence: Some(registration.confidence),
@@ -128,7 +127,7 @@ impl Row {
             (verdict, None) => format!(
                 "{} {} (confidence {:.3}, {seconds:.1} s)",
                 self.id,
-                verdict.as_deref().unwrap_or("without a verdict"),
+                verdict.map_or("without a verdict", VerdictKind::name),
                 self.confidence.unwrap_or_default()
             ),
         }

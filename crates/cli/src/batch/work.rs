@@ -14,7 +14,7 @@ use congruent_pipeline::{Pair, PipelineConfig, Prior, Registration, Stage, Varia
 use nalgebra::Vector3;
 use std::any::Any;
 use std::cmp::Reverse;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind, resume_unwind};
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
@@ -147,9 +147,28 @@ fn internal(payload: &(dyn Any + Send)) -> String {
     format!("internal error: {message}")
 }
 
-/// From here on a panic is told by the row of its pair, and not on stderr.
-pub(super) fn silence_panics() {
-    std::panic::set_hook(Box::new(|_| {}));
+type Hook = Box<dyn Fn(&PanicHookInfo<'_>) + Send + Sync>;
+
+/// While it lives, panics are not told on stderr; for a process has only one place to tell them, of all threads.
+pub(super) struct PanicSilence {
+    before: Option<Hook>,
+}
+
+impl PanicSilence {
+    pub(super) fn begin() -> Self {
+        let before = std::panic::take_hook();
+        std::panic::set_hook(Box::new(|_| {}));
+        PanicSilence { before: Some(before) }
+    }
+}
+
+impl Drop for PanicSilence {
+    fn drop(&mut self) {
+        // A thread that panics cannot change the hook.
+        if let Some(before) = self.before.take().filter(|_| !std::thread::panicking()) {
+            std::panic::set_hook(before);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -173,7 +192,7 @@ mod tests {
 
     #[test]
     fn a_panic_or_a_lack_of_time_in_one_pair_is_a_row_with_an_error() {
-        silence_panics();
+        let _silence = PanicSilence::begin();
         let row = |work: fn() -> Result<(), String>| {
             let job = Job { id: "b--a".to_owned(), source: 0, target: 1, truth: None, guess: None };
             let failed = outcome(Some(Duration::from_secs(90)), work).unwrap_err();

@@ -4,7 +4,8 @@ use super::align::{Aligned, align, unbounded, write_moved, write_page};
 use crate::args::DemoArgs;
 use crate::output;
 use anyhow::{Context, Result};
-use congruent_geometry::{NeighborIndex, RawScan, RigidTransform, Scan, angle_between, mean_displacement, uncentred};
+use congruent_evaluation::GroundTruth;
+use congruent_geometry::RigidTransform;
 use congruent_io::{write_file, write_ply, write_pose};
 use congruent_pipeline::{Pair, Verdict};
 use congruent_report::before_and_after;
@@ -42,7 +43,7 @@ pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
     write_file(&directory.join("result.json"), format!("{}\n", aligned.report.json()).as_bytes())?;
     let files = Pair { source: source.as_path(), target: target.as_path() };
     write_page(&directory.join("report.html"), files, &aligned, Some(&pair.target_from_source))?;
-    let right = judge(&aligned, &pair.target_from_source)?;
+    let right = judge(&aligned, &pair.target_from_source);
     if let (Verdict::Ok, Some(pose)) = (&aligned.registration.verdict, &aligned.registration.target_from_source) {
         write_moved(&directory.join("aligned.ply"), &pair.source, pose)?;
         let scans = Pair { source: pair.source.points.as_slice(), target: pair.target.points.as_slice() };
@@ -54,38 +55,20 @@ pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
 }
 
 /// Compares with the truth.
-fn judge(aligned: &Aligned, truth: &RigidTransform) -> Result<bool> {
-    let Some(pose) = &aligned.registration.target_from_source else {
+fn judge(aligned: &Aligned, truth: &RigidTransform) -> bool {
+    let truth = GroundTruth::of_scans(aligned.scans.as_ref().map(|loaded| &loaded.scan), truth);
+    let Some(errors) = aligned.registration.target_from_source.as_ref().and_then(|pose| truth.errors(pose)) else {
         output::data("           truth  no pose to compare");
-        return Ok(false);
+        return false;
     };
-    let error = overlap_error(&aligned.scans.source.raw, &aligned.scans.target.raw, pose, truth)?
-        / aligned.registration.raw_resolution;
-    let right = error < RIGHT_WITHIN_PR;
+    let right = errors.rmse_pr < RIGHT_WITHIN_PR;
     output::data(&format!(
-        "           truth  {}: off by {error:.2} pr (resolutions) where the scans overlap, {:.2} degrees",
+        "           truth  {}: off by {:.2} pr (resolutions) where the scans overlap, {:.2} degrees",
         if right { "right" } else { "wrong" },
-        angle_between(pose, truth).to_degrees()
+        errors.rmse_pr,
+        errors.rotation_deg
     ));
-    Ok(right)
-}
-
-/// Mean distance between where the pose and where the truth puts the points that the scans share, data units.
-fn overlap_error(source: &RawScan, target: &RawScan, pose: &RigidTransform, truth: &RigidTransform) -> Result<f64> {
-    let (source, target) = (Scan::new(source)?, Scan::new(target)?);
-    let index = NeighborIndex::new(target.points());
-    let reach = 4.0 * congruent_geometry::resolution(target.points(), &index).map_or(0.0, |r| r.mean);
-    // Both poses between the centred clouds, where the points are.
-    let centred = |pose: &RigidTransform| uncentred(pose, &-source.origin(), &-target.origin());
-    let (pose, truth) = (centred(pose), centred(truth));
-    let shared = |p: &&[f32; 3]| {
-        let moved = truth * nalgebra::Point3::from(congruent_geometry::wide(**p));
-        index
-            .nearest(&congruent_geometry::narrow(&moved.coords))
-            .is_some_and(|n| f64::from(n.distance_sq) <= reach * reach)
-    };
-    let points: Vec<_> = source.points().iter().filter(shared).copied().collect();
-    Ok(mean_displacement(&points, &pose, &truth))
+    right
 }
 
 fn say_what_next(directory: &Path, aligned: bool) {

@@ -11,7 +11,7 @@ use congruent_io::{Place, read_matches, write_file};
 use congruent_matching::Correspondence;
 use congruent_metrics::Evidence;
 use congruent_pipeline::stages::{Prepared, estimate, evidence, evidence_near, prepare, test_against_chance};
-use congruent_pipeline::{Failure, Pair, PipelineConfig};
+use congruent_pipeline::{Failure, Pair, PipelineConfig, VerdictKind};
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::path::Path;
@@ -26,7 +26,7 @@ struct Report {
     version: &'static str,
     matches: String,
     target_from_source: Option<[[f64; 4]; 4]>,
-    verdict: &'static str,
+    verdict: VerdictKind,
     reason: Option<String>,
     confidence: f64,
     score: Option<f64>,
@@ -70,7 +70,7 @@ pub(super) fn run(args: &EstimateArgs) -> Result<ExitCode> {
     if let Some(path) = &args.output {
         write_file(path, format!("{json}\n").as_bytes())?;
     }
-    Ok(if report.verdict == "ok" { ExitCode::SUCCESS } else { ExitCode::from(NOT_REGISTERED) })
+    Ok(if report.verdict == VerdictKind::Ok { ExitCode::SUCCESS } else { ExitCode::from(NOT_REGISTERED) })
 }
 
 /// What the stage works on.
@@ -133,7 +133,7 @@ impl Input {
             version: env!("CARGO_PKG_VERSION"),
             matches: matches.display().to_string(),
             target_from_source: None,
-            verdict: "failed",
+            verdict: VerdictKind::Failed,
             reason: None,
             confidence: 0.0,
             score: None,
@@ -159,7 +159,7 @@ impl Input {
         report.confidence = test.confidence;
         report.log10_false_alarms = Some(test.log10_false_alarms);
         report.counts.inliers = test.inliers;
-        report.verdict = if test.doubt.is_none() { "ok" } else { "failed" };
+        report.verdict = if test.doubt.is_none() { VerdictKind::Ok } else { VerdictKind::Failed };
         report.reason = test.doubt.map(|doubt| doubt.to_string());
         report
     }

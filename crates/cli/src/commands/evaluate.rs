@@ -4,9 +4,9 @@ use super::dataset::{Selected, names_of, select};
 use super::pages::write_pages;
 use super::{Loaded, load, on_threads, show};
 use crate::args::EvaluateArgs;
+use crate::evaluation_rows::EvaluationRows;
 use crate::fingerprint::fingerprint;
 use crate::progress::Bar;
-use crate::rows::Rows;
 use crate::{configuration, output};
 use anyhow::{Context, Result, bail};
 use congruent_evaluation::experiment::Nuisance;
@@ -42,8 +42,8 @@ fn run_into(args: &EvaluateArgs, directory: &Path) -> Result<ExitCode> {
         _ => fingerprint(&[env!("CARGO_PKG_VERSION"), &text, &spoilt]),
     };
     let selected = select(&args.dataset)?;
-    let other = args.compare.as_deref().map(Rows::read).transpose()?;
-    let mut rows = Rows::open(directory)?;
+    let other = args.compare.as_deref().map(EvaluationRows::read).transpose()?;
+    let mut rows = EvaluationRows::open(directory)?;
     congruent_io::write_file(&directory.join("config.toml"), text.as_bytes())?;
     on_threads(args.run.threads, || evaluate((&config, spoil), &configuration, &selected, &mut rows))??;
     rows.write_table(directory)?;
@@ -80,7 +80,7 @@ fn evaluate(
     how: (&PipelineConfig, &[Nuisance]),
     configuration: &str,
     selected: &[Selected],
-    rows: &mut Rows,
+    rows: &mut EvaluationRows,
 ) -> Result<()> {
     let all: Vec<(&str, &TruePair)> =
         selected.iter().flat_map(|set| set.pairs.iter().map(|pair| (set.name.as_str(), pair))).collect();

@@ -31,13 +31,11 @@ pub(crate) fn run(args: &ReconstructArgs) -> Result<ExitCode> {
 }
 
 fn reconstructed(args: &ReconstructArgs, ended: &Ended<'_>) -> Result<ExitCode> {
-    // The pairs are done, and so is what hides their panics.
-    drop(std::panic::take_hook());
     let Some(collection) = &ended.survey.collection else {
         bail!("{}: no scan there can be used; {} says why", args.folder.display(), args.output.display());
     };
     let threads = u16::try_from(ended.threads).ok();
-    let pr = collection.lengths()[1];
+    let pr = collection.resolution();
     let (result, proposals, surfaces) = crate::commands::on_threads(threads, || {
         let surfaces = Surfaces::of(ended, pr);
         let proposals = reconstruct::proposals(ended, &surfaces);

@@ -6,6 +6,7 @@ use super::words::{fate_name, fate_words, overview};
 use crate::batch::Ended;
 use congruent_geometry::{RigidTransform, to_rows, uncentred};
 use congruent_multiway::{Edge, Fate, Reconstruction, Touch};
+use congruent_pipeline::VerdictKind;
 use serde::Serialize;
 use std::path::Path;
 
@@ -52,13 +53,16 @@ pub(super) struct PairLine {
     id: String,
     pub(super) source: String,
     pub(super) target: String,
-    pub(super) verdict: String,
+    pub(super) verdict: VerdictKind,
     pub(super) confidence: f64,
     /// `kept`, `agrees`, `no-loop`, `outvoted`, `unsupported`, `contradicted`, `no-touch`.
     pub(super) fate: &'static str,
     pub(super) reason: String,
     #[serde(skip)]
     pub(super) ends: [usize; 2],
+    /// Whether the poses rest on it, or could.
+    #[serde(skip)]
+    pub(super) is_used: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -100,6 +104,7 @@ impl Outcome {
                 source: name(proposal.source),
                 target: name(proposal.target),
                 fate: fate_name(fate),
+                is_used: matches!(fate, Some(Fate::Kept | Fate::Agrees)),
                 reason: fate_words(fate, pr),
                 ends: [proposal.source, proposal.target],
                 id: proposal.id,
@@ -169,10 +174,4 @@ fn problem(ended: &Ended<'_>, result: &Reconstruction, surfaces: &Surfaces, at: 
     }
     debug_assert!(result.components.iter().any(|members| members == &[at]));
     "no pose of it was believed or borne out by others; it may show something else, or overlap too little".to_owned()
-}
-
-impl PairLine {
-    pub(super) fn is_used(&self) -> bool {
-        self.fate == fate_name(Some(&Fate::Kept)) || self.fate == fate_name(Some(&Fate::Agrees))
-    }
 }

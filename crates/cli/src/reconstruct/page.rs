@@ -69,7 +69,7 @@ fn scene(outcome: &Outcome, surfaces: &Surfaces, number: usize) -> Scene {
         Layer::Lines(Lines { name: name.to_owned(), bodies: [rest, rest], segments, colour: colour.to_owned(), shown })
     };
     let of = |used: bool| -> Vec<[usize; 2]> {
-        outcome.pairs.iter().filter(|p| p.is_used() == used).map(|p| p.ends).filter(inside).collect()
+        outcome.pairs.iter().filter(|p| p.is_used == used).map(|p| p.ends).filter(inside).collect()
     };
     let touching = outcome.contacts.iter().map(|c| c.ends).filter(|ends| ends[0] < ends[1] && inside(ends)).collect();
     layers.push(graph("scans that touch", CONTACT, false, touching));
@@ -126,7 +126,7 @@ fn pairs(outcome: &Outcome) -> Table {
         vec![
             pair.source.clone().into(),
             pair.target.clone().into(),
-            pair.verdict.clone().into(),
+            pair.verdict.to_string().into(),
             format!("{:.3}", pair.confidence).into(),
             pair.fate.into(),
             pair.reason.clone().into(),

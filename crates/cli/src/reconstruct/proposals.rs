@@ -4,6 +4,7 @@ use super::Surfaces;
 use crate::batch::{Ended, Row};
 use congruent_geometry::{RigidTransform, from_rows};
 use congruent_multiway::{Belief, Candidate};
+use congruent_pipeline::VerdictKind;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
@@ -17,7 +18,7 @@ pub(crate) struct Proposal {
     pub(crate) id: String,
     pub(crate) source: usize,
     pub(crate) target: usize,
-    pub(crate) verdict: String,
+    pub(crate) verdict: VerdictKind,
     pub(crate) confidence: f64,
     /// For the graph; nothing where the surfaces do not touch under the pose.
     pub(crate) candidate: Option<Candidate>,
@@ -33,8 +34,8 @@ pub(crate) fn proposals(ended: &Ended<'_>, surfaces: &Surfaces) -> Vec<Proposal>
     };
     let proposed = |row: &Row| -> Vec<Proposal> {
         let ends = place.get(row.source.as_str()).zip(place.get(row.target.as_str()));
-        let Some(((&source, &target), verdict)) = ends.zip(row.verdict.clone()) else { return Vec::new() };
-        let belief = belief(&verdict);
+        let Some(((&source, &target), verdict)) = ends.zip(row.verdict) else { return Vec::new() };
+        let belief = belief(verdict);
         let one = |(pose, rank): (RigidTransform, usize)| {
             // Later ones are a little less likely.
             let confidence = row.confidence.unwrap_or_default() / (1.0 + rank as f64);
@@ -42,17 +43,17 @@ pub(crate) fn proposals(ended: &Ended<'_>, surfaces: &Surfaces) -> Vec<Proposal>
             let touch = surfaces.touch(source, target, &pose);
             let candidate =
                 touch.map(|touch| Candidate { source, target, target_from_source: pose, touch, confidence, belief });
-            Proposal { id: row.id.clone(), source, target, verdict: verdict.clone(), confidence, candidate }
+            Proposal { id: row.id.clone(), source, target, verdict, confidence, candidate }
         };
         poses(row).into_iter().map(one).collect()
     };
     ended.rows.par_iter().map(proposed).collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
-fn belief(verdict: &str) -> Belief {
+fn belief(verdict: VerdictKind) -> Belief {
     match verdict {
-        "ok" => Belief::Believed,
-        "ambiguous" => Belief::Uncertain,
-        _ => Belief::Doubted,
+        VerdictKind::Ok => Belief::Believed,
+        VerdictKind::Ambiguous => Belief::Uncertain,
+        VerdictKind::Failed => Belief::Doubted,
     }
 }

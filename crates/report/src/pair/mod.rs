@@ -5,7 +5,7 @@ mod view;
 
 use crate::page::{Block, Page, Tone};
 use congruent_geometry::{RigidTransform, Scan, angle_between, to_rows};
-use congruent_pipeline::{Pair, PipelineConfig, Registration, Trace, Verdict};
+use congruent_pipeline::{Pair, PipelineConfig, Registration, Trace, Verdict, VerdictKind};
 
 /// One pair of scans with its answer.
 pub struct PairReport<'a> {
@@ -73,18 +73,18 @@ impl PairReport<'_> {
     }
 
     fn verdict(&self) -> Block {
-        let (word, reason) = self.registration.verdict_words();
-        let tone = match self.registration.verdict {
-            Verdict::Ok => Tone::Good,
-            Verdict::Ambiguous => Tone::Doubtful,
-            Verdict::Failed(_) => Tone::Bad,
+        let kind = self.registration.verdict.kind();
+        let tone = match kind {
+            VerdictKind::Ok => Tone::Good,
+            VerdictKind::Ambiguous => Tone::Doubtful,
+            VerdictKind::Failed => Tone::Bad,
         };
         let confidence = self.registration.confidence;
-        let sentence = reason.unwrap_or_else(|| {
+        let sentence = self.registration.reason().unwrap_or_else(|| {
             "The surfaces lie on each other, nothing contradicts, and more correspondences agree than chance explains."
                 .to_owned()
         });
-        Block::Verdict(tone, word.to_owned(), format!("confidence {confidence:.3}. {}", capital(&sentence)))
+        Block::Verdict(tone, kind.to_string(), format!("confidence {confidence:.3}. {}", capital(&sentence)))
     }
 
     fn caption(&self) -> String {
