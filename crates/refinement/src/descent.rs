@@ -1,7 +1,8 @@
 //! The loop that all members share: pair, solve, move, with a shrinking search radius and robust weights.
 
 use crate::equations::{Equations, applied};
-use crate::pairing::{Pairing, Touch};
+use crate::pairing::Pairing;
+use crate::touches::Touches;
 use crate::uncertainty::uncertainty;
 use crate::{Freedom, Nearest, Refinement};
 use congruent_geometry::{LastSeen, RigidTransform, Surface, wide};
@@ -36,13 +37,13 @@ pub struct Schedule {
     pub freedom: Freedom,
 }
 
-/// What is added to the equations for a touching pair.
+/// What is added to the equations for touching pairs.
 pub(crate) trait Distance: Sync {
     /// What the standard deviations that the distances tell are taken times. Closest points and normals err in ways that
     /// distances do not show; measured on simulated pairs, whose poses are known.
     const UNSEEN: f64;
 
-    fn add(&self, equations: &mut Equations, touch: &Touch);
+    fn add(&self, equations: &mut Equations, touches: &Touches);
 }
 
 /// Two surfaces, and who finds the closest points of the second.
@@ -134,7 +135,7 @@ impl Subset {
     }
 
     fn sums(&mut self, pairing: &Pairing<'_>, distance: &impl Distance) -> Equations {
-        let parts = self.gathered(pairing, |equations, touch| distance.add(equations, touch));
+        let parts = self.gathered(pairing, |equations, touches| distance.add(equations, touches));
         parts.into_iter().fold(Equations::default(), Equations::plus)
     }
 
@@ -142,11 +143,11 @@ impl Subset {
     pub(crate) fn gathered<T: Default + Send>(
         &mut self,
         pairing: &Pairing<'_>,
-        add: impl Fn(&mut T, &Touch) + Sync,
+        add: impl Fn(&mut T, &Touches) + Sync,
     ) -> Vec<T> {
         let one_chunk = |(points, last): (&[usize], &mut [LastSeen])| {
             let mut part = T::default();
-            pairing.each_touch(points, last, |touch| add(&mut part, &touch));
+            pairing.each_touch(points, last, |touches| add(&mut part, touches));
             part
         };
         if self.points.len() <= CHUNK {

@@ -1,10 +1,11 @@
 //! Normal equations of a small rigid motion, summed over touching pairs.
 
-use crate::pairing::Touch;
+use crate::touches::{BLOCK, Column, Touches, Vectors, cross, dot, sum, times};
 use crate::uncertainty::scaled;
 use crate::{Freedom, Hold};
 use congruent_geometry::RigidTransform;
-use nalgebra::{Matrix3, Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
+use multiversion::multiversion;
+use nalgebra::{Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
 use std::ops::SubAssign;
 
 /// Fewer pairs than this hold no pose.
@@ -36,27 +37,9 @@ pub(crate) struct Equations {
 pub(crate) struct Symmetric6([[f64; 6]; 6]);
 
 impl Symmetric6 {
-    /// Adds the row's square.
-    #[inline]
-    pub(crate) fn add(&mut self, row: &Vector6<f64>, weight: f64) {
-        for i in 0..6 {
-            let weighted = weight * row[i];
-            for j in 0..=i {
-                self.0[i][j] += weighted * row[j];
-            }
-        }
-    }
-
-    /// Rows of the upper left block, of the lower left one, and the lower right one.
-    #[inline]
-    fn add_blocks(&mut self, upper: &[Vector3<f64>; 3], across: &[Vector3<f64>; 3], lower: &Matrix3<f64>) {
-        for i in 0..3 {
-            for j in 0..=i {
-                self.0[i][j] += upper[i][j];
-                self.0[3 + i][3 + j] += lower[(i, j)];
-            }
-            self.0[3 + i].iter_mut().zip(&across[i]).for_each(|(sum, entry)| *sum += entry);
-        }
+    /// Adds the weighted squares of some rows.
+    pub(crate) fn add(&mut self, rows: &Rows, weights: &Column) {
+        add_squares(rows, weights, &mut self.0);
     }
 
     pub(crate) fn plus(&mut self, other: &Symmetric6) {
@@ -68,42 +51,26 @@ impl Symmetric6 {
     }
 }
 
-/// A motion of a point: how its place and its distance along `direction` change.
-pub(crate) fn row(place: &Vector3<f64>, direction: &Vector3<f64>) -> Vector6<f64> {
-    let turning = place.cross(direction);
-    Vector6::new(turning.x, turning.y, turning.z, direction.x, direction.y, direction.z)
+/// How the place of a point of each pair and its distance along a direction change with each of six motions.
+pub(crate) type Rows = [Column; 6];
+
+/// Motions of the points at these places.
+#[inline(always)]
+pub(crate) fn rows(places: &Vectors, directions: &Vectors) -> Rows {
+    let [a, b, c] = cross(places.each_ref(), directions.each_ref());
+    let [x, y, z] = *directions;
+    [a, b, c, x, y, z]
 }
 
 impl Equations {
-    /// A pair whose distances count along the normal only.
-    pub(crate) fn add_plane(&mut self, touch: &Touch) {
-        let row = row(&touch.moved, &touch.normal);
-        self.planes.add(&row, touch.weight);
-        self.gradient -= row * (touch.weight * touch.distance);
-        self.count(touch);
+    /// Pairs whose distances count along the normal only.
+    pub(crate) fn add_planes(&mut self, touches: &Touches) {
+        add_planes(self, touches);
     }
 
-    /// A pair whose distances count by the metric `k`.
-    pub(crate) fn add_metric(&mut self, touch: &Touch, k: &Matrix3<f64>) {
-        self.planes.add(&row(&touch.moved, &touch.normal), touch.weight);
-        // With the Jacobian (−[p]× | I) of the offset of a point p, whose columns turn into products with p.
-        let (p, pull) = (&touch.moved, k * touch.weight);
-        let turning = [0, 1, 2].map(|i| p.cross(&pull.column(i).into_owned()));
-        let turned_twice = [0, 1, 2].map(|i| p.cross(&Vector3::new(turning[0][i], turning[1][i], turning[2][i])));
-        self.metric.get_or_insert_default().add_blocks(&turned_twice, &turning, &pull);
-        let force = pull * touch.offset;
-        let torque = p.cross(&force);
-        self.gradient -= Vector6::new(torque.x, torque.y, torque.z, force.x, force.y, force.z);
-        self.count(touch);
-    }
-
-    fn count(&mut self, touch: &Touch) {
-        self.n_pairs += 1;
-        self.weight += touch.weight;
-        self.weighted_sq += touch.weight * touch.distance * touch.distance;
-        self.place += touch.moved * touch.weight;
-        self.place_sq += touch.moved.norm_squared() * touch.weight;
-        self.disagreement += touch.weight * (1.0 - touch.cosine * touch.cosine);
+    /// Pairs whose distances count by a metric, of each pair its rows up to the diagonal.
+    pub(crate) fn add_metric(&mut self, touches: &Touches, k: &[Column; 6]) {
+        add_metric(self, touches, k);
     }
 
     pub(crate) fn plus(mut self, other: Equations) -> Equations {
@@ -180,6 +147,87 @@ impl Equations {
         }
         (n_free < 6).then_some(basis)
     }
+}
+
+/// As [`Symmetric6::add`]. This and the others are compiled once for each instruction set and chosen at run time; the bits are
+/// the same on all of them.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+fn add_squares(rows: &Rows, weights: &Column, sums: &mut [[f64; 6]; 6]) {
+    squares(rows, weights, sums);
+}
+
+#[inline(always)]
+fn squares(rows: &Rows, weights: &Column, sums: &mut [[f64; 6]; 6]) {
+    for i in 0..6 {
+        let weighted = times(weights, &rows[i]);
+        for j in 0..=i {
+            sums[i][j] += dot(&weighted, &rows[j]);
+        }
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+fn add_planes(equations: &mut Equations, touches: &Touches) {
+    let rows = rows(&touches.moved, &touches.normal);
+    squares(&rows, &touches.weight, &mut equations.planes.0);
+    let pull = times(&touches.weight, &touches.distance);
+    for (gradient, row) in equations.gradient.iter_mut().zip(&rows) {
+        *gradient -= dot(row, &pull);
+    }
+    count(equations, touches);
+}
+
+/// With the Jacobian (−[p]× | I) of the offset of a point p, whose columns turn into products with p.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+fn add_metric(equations: &mut Equations, touches: &Touches, metric: &[Column; 6]) {
+    squares(&rows(&touches.moved, &touches.normal), &touches.weight, &mut equations.planes.0);
+    let place = touches.moved.each_ref();
+    let [xx, xy, yy, xz, yz, zz] = metric.each_ref().map(|entry| times(entry, &touches.weight));
+    let pull = [[&xx, &xy, &xz], [&xy, &yy, &yz], [&xz, &yz, &zz]];
+    let turning = pull.map(|column| cross(place, column));
+    let Symmetric6(sums) = equations.metric.get_or_insert_default();
+    for i in 0..3 {
+        let turned_twice = cross(place, [&turning[0][i], &turning[1][i], &turning[2][i]]);
+        for j in 0..=i {
+            sums[i][j] += sum(&turned_twice[j]);
+            sums[3 + i][3 + j] += sum(pull[i][j]);
+        }
+        for j in 0..3 {
+            sums[3 + i][j] += sum(&turning[i][j]);
+        }
+    }
+    let mut force = [[0.0; BLOCK]; 3];
+    for i in 0..3 {
+        for k in 0..BLOCK {
+            force[i][k] = pull[i][0][k] * touches.offset[0][k]
+                + pull[i][1][k] * touches.offset[1][k]
+                + pull[i][2][k] * touches.offset[2][k];
+        }
+    }
+    let torque = cross(place, force.each_ref());
+    for i in 0..3 {
+        equations.gradient[i] -= sum(&torque[i]);
+        equations.gradient[3 + i] -= sum(&force[i]);
+    }
+    count(equations, touches);
+}
+
+#[inline(always)]
+fn count(equations: &mut Equations, touches: &Touches) {
+    let Touches { weight, distance, moved, cosine, .. } = touches;
+    let (mut far_sq, mut sine_sq) = ([0.0; BLOCK], [0.0; BLOCK]);
+    for k in 0..BLOCK {
+        far_sq[k] = moved[0][k] * moved[0][k] + moved[1][k] * moved[1][k] + moved[2][k] * moved[2][k];
+        sine_sq[k] = 1.0 - cosine[k] * cosine[k];
+    }
+    equations.n_pairs += sum(&touches.is_touch) as usize;
+    equations.weight += sum(weight);
+    equations.weighted_sq += dot(&times(weight, distance), distance);
+    for (place, moved) in equations.place.iter_mut().zip(moved) {
+        *place += dot(weight, moved);
+    }
+    equations.place_sq += dot(weight, &far_sq);
+    equations.disagreement += dot(weight, &sine_sq);
 }
 
 /// The pose after a small motion about the origin of the target frame.

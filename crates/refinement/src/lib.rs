@@ -10,6 +10,7 @@ mod nearest;
 mod pairing;
 mod point_to_plane;
 mod refiner;
+mod touches;
 mod uncertainty;
 
 pub use config::{GicpConfig, PointToPlaneConfig, RefinementConfig};

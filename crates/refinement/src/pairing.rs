@@ -1,28 +1,9 @@
 //! Which points touch under a pose.
 
 use crate::Nearest;
-use congruent_geometry::{LastSeen, RigidTransform, Surface, narrow, wide};
+use crate::touches::{BLOCK, Ends, Limits, Touches, Vectors, place_each};
+use congruent_geometry::{LastSeen, Point, RigidTransform, Surface};
 use nalgebra::{Matrix3, Vector3};
-
-/// Points whose closest points are looked up together.
-const BLOCK: usize = 64;
-
-/// A point of the moved source and what it touches; target frame.
-pub(crate) struct Touch {
-    pub(crate) moved: Vector3<f64>,
-    /// From the touched point.
-    pub(crate) offset: Vector3<f64>,
-    /// There.
-    pub(crate) normal: Vector3<f64>,
-    /// Of the moved point.
-    pub(crate) turned: Vector3<f64>,
-    /// Between the two.
-    pub(crate) cosine: f64,
-    /// To the tangent plane, signed.
-    pub(crate) distance: f64,
-    /// Robust (Cauchy).
-    pub(crate) weight: f64,
-}
 
 /// A source on its way to a target.
 pub(crate) struct Pairing<'a> {
@@ -60,35 +41,46 @@ impl<'a> Pairing<'a> {
         self.radius
     }
 
-    /// Visits what some points of the source touch, in their order. `last` is what each of them has seen under the pose before.
-    pub(crate) fn each_touch(&self, points: &[usize], last: &mut [LastSeen], mut visit: impl FnMut(Touch)) {
-        let (mut moved, mut queries, mut found) = ([Vector3::zeros(); BLOCK], [[0.0; 3]; BLOCK], [None; BLOCK]);
+    /// Visits what some points of the source touch, in their order, many at a time. `last` is what each of them has seen under
+    /// the pose before.
+    pub(crate) fn each_touch(&self, points: &[usize], last: &mut [LastSeen], mut visit: impl FnMut(&Touches)) {
+        let (mut places, mut moved) = ([[0.0; BLOCK]; 3], [[0.0; BLOCK]; 3]);
+        let (mut queries, mut found) = ([[0.0; 3]; BLOCK], [None; BLOCK]);
+        let (mut ends, mut touches) = (Ends::default(), Touches::default());
         for (points, last) in points.chunks(BLOCK).zip(last.chunks_mut(BLOCK)) {
             let n = points.len();
-            for ((&i, moved), query) in points.iter().zip(&mut moved).zip(&mut queries) {
-                *moved = self.rotation * wide(self.source.points()[i]) + self.shift;
-                *query = narrow(moved);
-            }
+            points.iter().enumerate().for_each(|(k, &i)| put(&mut places, k, &self.source.points()[i]));
+            place_each(&places, self.rotation.as_ref(), self.shift.as_ref(), &mut moved);
+            queries.iter_mut().enumerate().for_each(|(k, query)| *query = [0, 1, 2].map(|axis| moved[axis][k] as f32));
             self.nearest.nearest_each(&queries[..n], self.radius, last, &mut found[..n]);
-            for ((&i, moved), found) in points.iter().zip(&moved).zip(&found) {
-                found.and_then(|found| self.touch(i, moved, found as usize)).into_iter().for_each(&mut visit);
+            self.collect(points, &moved, &found, &mut ends);
+            if ends.n > 0 {
+                touches.see(&ends, &self.rotation, self.limits());
+                visit(&touches);
             }
         }
     }
 
-    /// Between a point of the source, moved, and one of the target.
-    #[inline]
-    fn touch(&self, i: usize, &moved: &Vector3<f64>, found: usize) -> Option<Touch> {
-        let offset = moved - wide(self.target.points()[found]);
-        let normal = wide(self.target.normals()[found]);
-        let turned = self.rotation * wide(self.source.normals()[i]);
-        let cosine = turned.dot(&normal);
-        // Written so that a NaN is refused.
-        if !(offset.norm_squared() <= self.radius * self.radius && cosine >= self.min_normal_cosine) {
-            return None;
+    /// Those that have found something.
+    fn collect(&self, points: &[usize], moved: &Vectors, found: &[Option<u32>; BLOCK], ends: &mut Ends) {
+        ends.n = 0;
+        for (k, &i) in points.iter().enumerate() {
+            let Some(found) = found[k].map(|found| found as usize) else { continue };
+            (0..3).for_each(|axis| ends.moved[axis][ends.n] = moved[axis][k]);
+            put(&mut ends.source_normal, ends.n, &self.source.normals()[i]);
+            put(&mut ends.target, ends.n, &self.target.points()[found]);
+            put(&mut ends.target_normal, ends.n, &self.target.normals()[found]);
+            ends.n += 1;
         }
-        let distance = offset.dot(&normal);
-        let weight = 1.0 / (1.0 + distance * distance / self.scale_sq);
-        Some(Touch { moved, offset, normal, turned, cosine, distance, weight })
     }
+
+    fn limits(&self) -> Limits {
+        let (radius_sq, scale_sq) = (self.radius * self.radius, self.scale_sq);
+        Limits { radius_sq, scale_sq, min_normal_cosine: self.min_normal_cosine }
+    }
+}
+
+#[inline]
+fn put(vectors: &mut Vectors, k: usize, point: &Point) {
+    (0..3).for_each(|axis| vectors[axis][k] = f64::from(point[axis]));
 }

@@ -3,7 +3,7 @@
 use crate::descent::{Distance, Scene};
 use crate::equations::Equations;
 use crate::nearest::Exact;
-use crate::pairing::Touch;
+use crate::touches::Touches;
 use crate::{Freedom, Nearest, Refinement, Refiner, Schedule};
 use congruent_geometry::{RigidTransform, Surface};
 
@@ -54,8 +54,7 @@ struct Planes;
 impl Distance for Planes {
     const UNSEEN: f64 = 2.2;
 
-    #[inline]
-    fn add(&self, equations: &mut Equations, touch: &Touch) {
-        equations.add_plane(touch);
+    fn add(&self, equations: &mut Equations, touches: &Touches) {
+        equations.add_planes(touches);
     }
 }

@@ -7,8 +7,9 @@
 
 use crate::Freedom;
 use crate::descent::Subset;
-use crate::equations::{Equations, MIN_STIFFNESS, Symmetric6, row};
-use crate::pairing::{Pairing, Touch};
+use crate::equations::{Equations, MIN_STIFFNESS, Symmetric6, rows};
+use crate::pairing::Pairing;
+use crate::touches::{BLOCK, Touches};
 use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
 use rustc_hash::FxHashMap;
 
@@ -74,7 +75,7 @@ pub(crate) fn uncertainty(
     let basis = equations.basis_about_middle(freedom)?;
     let (middle, spread) = equations.middle();
     let patch = (PATCH * spread).max(MIN_PATCH * pairing.radius());
-    let parts = subset.gathered(pairing, |forces: &mut Forces, touch| forces.add(touch, &middle, patch));
+    let parts = subset.gathered(pairing, |forces: &mut Forces, touches| forces.add(touches, &middle, patch));
     let (stiffness, pulls) = summed(parts);
     let pulls: Vec<Vector6<f64>> = pulls.iter().map(|pull| basis.transpose() * pull).collect();
     if pulls.len() < MIN_PATCHES {
@@ -117,14 +118,17 @@ struct Forces {
 type Patch = [i64; 3];
 
 impl Forces {
-    fn add(&mut self, touch: &Touch, middle: &Vector3<f64>, patch: f64) {
-        let row = row(&(touch.moved - middle), &touch.normal);
-        self.stiffness.add(&row, touch.weight * (2.0 * touch.weight - 1.0));
-        let pull = row * (touch.weight * touch.distance);
-        let patch = std::array::from_fn(|axis| (touch.moved[axis] / patch).floor() as i64);
-        match self.pulls.last_mut() {
-            Some((last, sum)) if *last == patch => *sum += pull,
-            _ => self.pulls.push((patch, pull)),
+    fn add(&mut self, touches: &Touches, middle: &Vector3<f64>, patch: f64) {
+        let Touches { moved, normal, weight, distance, is_touch, .. } = touches;
+        let rows = rows(&[0, 1, 2].map(|axis| moved[axis].map(|v| v - middle[axis])), normal);
+        self.stiffness.add(&rows, &weight.map(|weight| weight * (2.0 * weight - 1.0)));
+        for k in (0..BLOCK).filter(|&k| is_touch[k] > 0.0) {
+            let pull = Vector6::from_fn(|i, _| rows[i][k]) * (weight[k] * distance[k]);
+            let patch = [0, 1, 2].map(|axis| (moved[axis][k] / patch).floor() as i64);
+            match self.pulls.last_mut() {
+                Some((last, sum)) if *last == patch => *sum += pull,
+                _ => self.pulls.push((patch, pull)),
+            }
         }
     }
 }

@@ -1,0 +1,182 @@
+//! Touching points side by side: what is computed of one pair is computed of many at once.
+
+use multiversion::multiversion;
+use nalgebra::Matrix3;
+
+/// Pairs that are laid side by side.
+pub(crate) const BLOCK: usize = 64;
+/// Sums that are formed side by side; fixed, so that the order of additions is the same on every processor.
+const LANES: usize = 8;
+
+/// One number of each pair.
+pub(crate) type Column = [f64; BLOCK];
+/// One vector of each pair, a coordinate at a time.
+pub(crate) type Vectors = [Column; 3];
+
+/// Where the points of the first `n` pairs are, and their normals.
+pub(crate) struct Ends {
+    /// Of the source, moved; target frame.
+    pub(crate) moved: Vectors,
+    /// Normals of the source, not turned.
+    pub(crate) source_normal: Vectors,
+    pub(crate) target: Vectors,
+    pub(crate) target_normal: Vectors,
+    pub(crate) n: usize,
+}
+
+/// Which pairs touch, and how much they count.
+#[derive(Clone, Copy)]
+pub(crate) struct Limits {
+    pub(crate) radius_sq: f64,
+    pub(crate) min_normal_cosine: f64,
+    pub(crate) scale_sq: f64,
+}
+
+/// Points of the moved source and what they touch; target frame. Where a pair does not touch, all of it is zero.
+pub(crate) struct Touches {
+    /// One where a pair touches.
+    pub(crate) is_touch: Column,
+    pub(crate) moved: Vectors,
+    /// From the touched point.
+    pub(crate) offset: Vectors,
+    /// There.
+    pub(crate) normal: Vectors,
+    /// Of the moved point.
+    pub(crate) turned: Vectors,
+    /// Between the two.
+    pub(crate) cosine: Column,
+    /// To the tangent plane, signed.
+    pub(crate) distance: Column,
+    /// Robust (Cauchy).
+    pub(crate) weight: Column,
+}
+
+const NONE: Column = [0.0; BLOCK];
+const NOWHERE: Vectors = [NONE; 3];
+
+impl Default for Ends {
+    fn default() -> Self {
+        Ends { moved: NOWHERE, source_normal: NOWHERE, target: NOWHERE, target_normal: NOWHERE, n: 0 }
+    }
+}
+
+impl Default for Touches {
+    fn default() -> Self {
+        Touches {
+            is_touch: NONE,
+            moved: NOWHERE,
+            offset: NOWHERE,
+            normal: NOWHERE,
+            turned: NOWHERE,
+            cosine: NONE,
+            distance: NONE,
+            weight: NONE,
+        }
+    }
+}
+
+impl Touches {
+    /// Becomes what there is of these pairs under a rotation that has moved the points already.
+    pub(crate) fn see(&mut self, ends: &Ends, rotation: &Matrix3<f64>, limits: Limits) {
+        compare(ends, rotation.as_ref(), limits, self);
+    }
+}
+
+/// By columns of the rotation. Compiled once for each instruction set and chosen at run time; the bits are the same on all.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+fn compare(ends: &Ends, rotation: &[[f64; 3]; 3], limits: Limits, touches: &mut Touches) {
+    let [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]] = *rotation;
+    for k in 0..BLOCK {
+        let [x, y, z] = [ends.source_normal[0][k], ends.source_normal[1][k], ends.source_normal[2][k]];
+        let turned = [xx * x + xy * y + xz * z, yx * x + yy * y + yz * z, zx * x + zy * y + zz * z];
+        let moved = [ends.moved[0][k], ends.moved[1][k], ends.moved[2][k]];
+        let normal = [ends.target_normal[0][k], ends.target_normal[1][k], ends.target_normal[2][k]];
+        let offset = [moved[0] - ends.target[0][k], moved[1] - ends.target[1][k], moved[2] - ends.target[2][k]];
+        let cosine = turned[0] * normal[0] + turned[1] * normal[1] + turned[2] * normal[2];
+        let distance = offset[0] * normal[0] + offset[1] * normal[1] + offset[2] * normal[2];
+        let away_sq = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
+        // Written so that a NaN is refused.
+        let is_touch = away_sq <= limits.radius_sq && cosine >= limits.min_normal_cosine && k < ends.n;
+        touches.is_touch[k] = if is_touch { 1.0 } else { 0.0 };
+        for axis in 0..3 {
+            touches.moved[axis][k] = if is_touch { moved[axis] } else { 0.0 };
+            touches.offset[axis][k] = if is_touch { offset[axis] } else { 0.0 };
+            touches.normal[axis][k] = if is_touch { normal[axis] } else { 0.0 };
+            touches.turned[axis][k] = if is_touch { turned[axis] } else { 0.0 };
+        }
+        touches.cosine[k] = if is_touch { cosine } else { 0.0 };
+        touches.distance[k] = if is_touch { distance } else { 0.0 };
+        let weight = 1.0 / (1.0 + distance * distance / limits.scale_sq);
+        touches.weight[k] = if is_touch { weight } else { 0.0 };
+    }
+}
+
+/// A point of each, moved: a rotation by its columns, then a shift.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+pub(crate) fn place_each(points: &Vectors, rotation: &[[f64; 3]; 3], shift: &[f64; 3], moved: &mut Vectors) {
+    let [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]] = *rotation;
+    for k in 0..BLOCK {
+        let [x, y, z] = [points[0][k], points[1][k], points[2][k]];
+        moved[0][k] = xx * x + xy * y + xz * z + shift[0];
+        moved[1][k] = yx * x + yy * y + yz * z + shift[1];
+        moved[2][k] = zx * x + zy * y + zz * z + shift[2];
+    }
+}
+
+/// The sum of a column.
+#[inline(always)]
+pub(crate) fn sum(a: &Column) -> f64 {
+    let mut sums = [0.0; LANES];
+    for a in a.as_chunks::<LANES>().0 {
+        for lane in 0..LANES {
+            sums[lane] += a[lane];
+        }
+    }
+    across(sums)
+}
+
+/// The sum of the products of two columns.
+#[inline(always)]
+pub(crate) fn dot(a: &Column, b: &Column) -> f64 {
+    let mut sums = [0.0; LANES];
+    for (a, b) in a.as_chunks::<LANES>().0.iter().zip(b.as_chunks::<LANES>().0) {
+        for lane in 0..LANES {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    across(sums)
+}
+
+#[inline(always)]
+fn across(mut sums: [f64; LANES]) -> f64 {
+    let mut width = LANES / 2;
+    while width > 0 {
+        for lane in 0..width {
+            sums[lane] += sums[lane + width];
+        }
+        width /= 2;
+    }
+    sums[0]
+}
+
+/// The product of two columns, pair by pair.
+#[inline(always)]
+pub(crate) fn times(a: &Column, b: &Column) -> Column {
+    let mut product = NONE;
+    for k in 0..BLOCK {
+        product[k] = a[k] * b[k];
+    }
+    product
+}
+
+/// The cross product of two vectors of each pair.
+#[inline(always)]
+pub(crate) fn cross(a: [&Column; 3], b: [&Column; 3]) -> Vectors {
+    let mut product = NOWHERE;
+    for k in 0..BLOCK {
+        product[0][k] = a[1][k] * b[2][k] - a[2][k] * b[1][k];
+        product[1][k] = a[2][k] * b[0][k] - a[0][k] * b[2][k];
+        product[2][k] = a[0][k] * b[1][k] - a[1][k] * b[0][k];
+    }
+    product
+}
