@@ -22,6 +22,7 @@ pub struct Cells {
     /// For each cell its first place in the order, and the end at last.
     starts: Vec<u32>,
     order: Vec<u32>,
+    crowding: f64,
 }
 
 impl Cells {
@@ -41,7 +42,13 @@ impl Cells {
             points.par_iter().with_min_len(POINTS_AT_A_TIME).map(|point| cell(point) as u32).collect();
         // First where each cell ends; filling it from behind leaves where it starts.
         let mut starts = vec![0u32; grid.n_cells() + 1];
-        cells.iter().for_each(|&cell| starts[cell as usize] += 1);
+        let mut pairs = 0u64;
+        for &cell in &cells {
+            let count = &mut starts[cell as usize];
+            // From one square to the next.
+            pairs += 2 * u64::from(*count) + 1;
+            *count += 1;
+        }
         let mut end = 0;
         for start in &mut starts {
             end += *start;
@@ -53,7 +60,12 @@ impl Cells {
             *start -= 1;
             order[*start as usize] = number;
         }
-        Cells { grid, starts, order }
+        Cells { grid, starts, order, crowding: pairs as f64 / f64::from(n.max(1)) }
+    }
+
+    /// Mean number of points in the cell of a point: how long a search takes.
+    pub(crate) fn crowding(&self) -> f64 {
+        self.crowding
     }
 
     /// Positions of the points, by cell.
@@ -61,11 +73,6 @@ impl Cells {
     #[must_use]
     pub fn order(&self) -> &[u32] {
         &self.order
-    }
-
-    /// The places of each cell's points in the order; empty cells too.
-    pub(crate) fn members(&self) -> impl Iterator<Item = Range<usize>> + '_ {
-        self.starts.windows(2).map(|ends| ends[0] as usize..ends[1] as usize)
     }
 
     /// Numbers of the rows of cells along x that hold points, ascending.

@@ -1,7 +1,6 @@
 //! A cloud in the order of a grid, a coordinate at a time: close points lie together in memory.
 
 use crate::{Cells, Point};
-use std::ops::Range;
 
 /// Where so many points are in the cell of a point on average, or more, they crowd.
 const MAX_CROWDING: f64 = 40.0;
@@ -38,7 +37,7 @@ impl OrderedPoints {
     #[must_use]
     pub fn unless_crowded(points: &[Point], side: f64) -> Option<Self> {
         let ordered = (side > 0.0).then(|| OrderedPoints::new(points, side));
-        ordered.filter(|ordered| ordered.crowding() <= MAX_CROWDING)
+        ordered.filter(|ordered| ordered.cells.crowding() <= MAX_CROWDING)
     }
 
     /// Who is where, and which places are near.
@@ -143,12 +142,6 @@ impl OrderedPoints {
         let near = self.cells.runs(query, radius).flatten();
         near.filter(|&place| distance_sq(&self.point(place), query) <= limit).take(count).count() == count
     }
-
-    /// Mean number of points in the cell of a point: how long a search takes.
-    fn crowding(&self) -> f64 {
-        let pairs: f64 = self.cells.members().map(|members: Range<usize>| (members.len() as f64).powi(2)).sum();
-        pairs / (self.cells.order().len().max(1) as f64)
-    }
 }
 
 /// Radii to look within until enough is found; the last one is infinite.
@@ -240,8 +233,8 @@ mod tests {
         let even: Vec<Point> = (0..400).map(|i| [(i % 20) as f32, (i / 20) as f32, 0.0]).collect();
         let mut clump = even.clone();
         clump.extend((0..400).map(|i| [1e-4 * i as f32, 0.0, 0.0]));
-        assert!(OrderedPoints::new(&even, 1.0).crowding() < 2.0);
-        assert!(OrderedPoints::new(&clump, 1.0).crowding() > 100.0);
+        assert!(OrderedPoints::new(&even, 1.0).cells().crowding() < 2.0);
+        assert!(OrderedPoints::new(&clump, 1.0).cells().crowding() > 100.0);
         assert!(
             OrderedPoints::unless_crowded(&even, 1.0).is_some() && OrderedPoints::unless_crowded(&even, 0.0).is_none()
         );

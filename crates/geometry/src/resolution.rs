@@ -72,8 +72,8 @@ fn measured(mut distances: Vec<f64>, is_exact: bool) -> Option<Resolution> {
     }
     let n = distances.len() as f64;
     let mean = distances.iter().sum::<f64>() / n;
-    let variance = distances.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / n;
-    let standard_error = if is_exact { 0.0 } else { (variance / n).sqrt() };
+    let variance = || distances.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / n;
+    let standard_error = if is_exact { 0.0 } else { (variance() / n).sqrt() };
     let half = distances.len() / 2;
     let median = *distances.select_nth_unstable_by(half, f64::total_cmp).1;
     let lonely = distances.iter().filter(|d| **d > LONELY * median).count() as f64 / n;

@@ -86,7 +86,9 @@ const TRIALS: usize = 12;
 pub(crate) struct Beside {
     /// Squared distances.
     away: Vec<[f32; LANES]>,
-    /// A coordinate at a time, of the near ones; zero of the others.
+    /// Positions of the near ones; longer than they are.
+    chosen: Vec<u32>,
+    /// A coordinate at a time, of the near ones; zero in what is left of the last lanes.
     offsets: [Vec<[f64; LANES]>; 3],
 }
 
@@ -101,9 +103,10 @@ pub(crate) fn scatters_in_block(
     beside: &mut Beside,
     found: &mut Vec<Option<Scatter>>,
 ) {
-    let Beside { away, offsets } = beside;
+    let Beside { away, chosen, offsets } = beside;
     found.clear();
     away.resize(block[0].len(), [0.0; LANES]);
+    chosen.resize(LANES * block[0].len(), 0);
     for place in members {
         let centre = [all[0][place], all[1][place], all[2][place]];
         distances_sq(centre, block, away);
@@ -115,11 +118,11 @@ pub(crate) fn scatters_in_block(
             found.push(None);
             continue;
         };
+        let chosen = choose(away, limit, chosen);
         for axis in 0..3 {
-            offsets[axis].resize(block[0].len(), [0.0; LANES]);
-            near_offsets(block[axis], f64::from(centre[axis]), away, limit, &mut offsets[axis]);
+            near_offsets(block[axis], f64::from(centre[axis]), chosen, &mut offsets[axis]);
         }
-        found.push(Some(summed(count_within(away, limit), [&offsets[0], &offsets[1], &offsets[2]])));
+        found.push(Some(summed(chosen.len() as u32, [&offsets[0], &offsets[1], &offsets[2]])));
     }
 }
 
@@ -158,12 +161,25 @@ fn nearest_limit(away: &[[f32; LANES]], k: u32, limit: f32) -> Option<f32> {
     None
 }
 
-/// What is not near, or not there, gets zero.
+/// Positions of what is not farther than the limit. Each is noted in any case and kept if near: a branch would go either way as
+/// often.
 #[inline(always)]
-fn near_offsets(column: Column<'_>, from: f64, away: &[[f32; LANES]], limit: f32, offsets: &mut [[f64; LANES]]) {
-    let (column, away) = (column.as_flattened(), away.as_flattened());
-    for ((offset, v), away) in offsets.as_flattened_mut().iter_mut().zip(column).zip(away) {
-        *offset = if *away <= limit { f64::from(*v) - from } else { 0.0 };
+fn choose<'a>(away: &[[f32; LANES]], limit: f32, chosen: &'a mut [u32]) -> &'a [u32] {
+    let mut n = 0;
+    for (i, away) in (0u32..).zip(away.as_flattened()) {
+        chosen[n] = i;
+        n += usize::from(*away <= limit);
+    }
+    &chosen[..n]
+}
+
+#[inline(always)]
+fn near_offsets(column: Column<'_>, from: f64, chosen: &[u32], offsets: &mut Vec<[f64; LANES]>) {
+    let column = column.as_flattened();
+    offsets.clear();
+    offsets.resize(chosen.len().div_ceil(LANES), [0.0; LANES]);
+    for (offset, &i) in offsets.as_flattened_mut().iter_mut().zip(chosen) {
+        *offset = f64::from(column[i as usize]) - from;
     }
 }
 
