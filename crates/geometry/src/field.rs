@@ -32,13 +32,17 @@ impl NearestField {
     #[must_use]
     pub fn new(points: &[Point], cell: f64, reach: f64) -> Self {
         let grid = Grid::around(points, cell, reach, MAX_CELLS);
-        let mut nearest = vec![NOTHING; grid.n_cells() + LANES];
-        let mut distance_sq = vec![f32::INFINITY; nearest.len()];
         let in_cells = reach as f32 / grid.side + HALF_DIAGONAL;
+        // Whatever is nearer than this is within reach.
+        let nobody = offer((in_cells * in_cells).next_up(), 0);
+        let mut best = vec![nobody; grid.n_cells() + LANES];
+        let mut stamp = Stamp::default();
         for number in representatives(&grid, points) {
-            let place = grid.place(&points[number as usize]);
-            stamp((&grid, &mut nearest, &mut distance_sq), number, place, in_cells);
+            stamp.place(&grid, &grid.place(&points[number as usize]), in_cells);
+            press(&stamp, number, nobody, &mut best);
         }
+        let nearest =
+            best.into_iter().map(|best| if best == nobody { NOTHING } else { best.to_bits() as u32 }).collect();
         NearestField { grid, nearest }
     }
 
@@ -100,49 +104,65 @@ fn representatives(grid: &Grid, points: &[Point]) -> Vec<u32> {
     chosen
 }
 
-/// Offers a point, whose place is given in cells, to all cells whose centres are within `reach` (in cells). Compiled once for
-/// each instruction set and chosen at run time; the bits are the same on all of them.
-#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
-fn stamp((grid, nearest, distance_sq): (&Grid, &mut [u32], &mut [f32]), number: u32, place: [f32; 3], reach: f32) {
-    let [xs, ys, zs] = [0, 1, 2].map(|axis| {
-        let low = (place[axis] - reach - 0.5).ceil().max(0.0) as usize;
-        let high = ((place[axis] + reach - 0.5).floor() + 1.0).max(0.0) as usize;
-        low..high.min(grid.size[axis])
-    });
-    let from = |axis: usize, cell: usize| (cell as f32 + 0.5 - place[axis]).powi(2);
-    let reach_sq = reach * reach;
-    for first in xs.clone().step_by(LANES) {
-        let from_x =
-            std::array::from_fn(|lane| if first + lane < xs.end { from(0, first + lane) } else { f32::INFINITY });
-        for z in zs.clone() {
-            for y in ys.clone() {
-                let from_yz = from(1, y) + from(2, z);
-                if from_yz <= reach_sq {
-                    let row = grid.number([first, y, z]);
-                    let lanes = row..row + LANES;
-                    offer(number, from_yz, &from_x, reach_sq, (&mut nearest[lanes.clone()], &mut distance_sq[lanes]));
-                }
-            }
-        }
+/// The box of cells that may have their centres within reach of a point.
+#[derive(Default)]
+struct Stamp {
+    /// The number of its first cell.
+    first: usize,
+    /// How much the number grows from row to row along y, and along z.
+    steps: [usize; 2],
+    /// Squared distances of centres from the point along each axis, in cells; those along x by lanes, of which the last are
+    /// infinitely far.
+    from_x: Vec<[f32; LANES]>,
+    from_y: Vec<f32>,
+    from_z: Vec<f32>,
+}
+
+impl Stamp {
+    /// Around a place that is given in cells, as far as `reach`, in cells too.
+    fn place(&mut self, grid: &Grid, place: &Point, reach: f32) {
+        let [xs, ys, zs] = [0, 1, 2].map(|axis| {
+            let low = (place[axis] - reach - 0.5).ceil().max(0.0) as usize;
+            let high = ((place[axis] + reach - 0.5).floor() + 1.0).max(0.0) as usize;
+            low..high.min(grid.size[axis])
+        });
+        let from = |axis: usize, cell: usize| (cell as f32 + 0.5 - place[axis]).powi(2);
+        self.first = grid.number([xs.start, ys.start, zs.start]);
+        self.steps = [grid.size[0], grid.size[0] * grid.size[1]];
+        self.from_x.clear();
+        self.from_x.resize(xs.len().div_ceil(LANES), [f32::INFINITY; LANES]);
+        self.from_x.as_flattened_mut().iter_mut().zip(xs).for_each(|(from_x, x)| *from_x = from(0, x));
+        self.from_y.clear();
+        self.from_y.extend(ys.map(|y| from(1, y)));
+        self.from_z.clear();
+        self.from_z.extend(zs.map(|z| from(2, z)));
     }
 }
 
-/// To some cells that follow each other.
+/// A point and its squared distance, which is not negative, as the bits of one number: the nearer point is less, of equally near
+/// ones the first. The lesser of two such numbers is one instruction.
 #[inline(always)]
-fn offer(
-    number: u32,
-    from_yz: f32,
-    from_x: &[f32; LANES],
-    reach_sq: f32,
-    (nearest, distance_sq): (&mut [u32], &mut [f32]),
-) {
-    let (Some(nearest), Some(distance_sq)) = (nearest.first_chunk_mut(), distance_sq.first_chunk_mut()) else { return };
-    // Copies, so that the whole of it is done in registers.
-    let (known, distance): ([u32; LANES], [f32; LANES]) = (*nearest, *distance_sq);
-    let away = from_x.map(|from_x| from_yz + from_x);
-    let is_nearer: [bool; LANES] = std::array::from_fn(|lane| (away[lane] <= reach_sq) & (away[lane] < distance[lane]));
-    *nearest = std::array::from_fn(|lane| if is_nearer[lane] { number } else { known[lane] });
-    *distance_sq = std::array::from_fn(|lane| if is_nearer[lane] { away[lane] } else { distance[lane] });
+fn offer(distance_sq: f32, number: u32) -> f64 {
+    f64::from_bits(u64::from(distance_sq.to_bits()) << u32::BITS | u64::from(number))
+}
+
+/// Offers a point to all cells of its stamp. Compiled once for each instruction set and chosen at run time; the bits are the same
+/// on all of them.
+#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
+fn press(stamp: &Stamp, number: u32, nobody: f64, best: &mut [f64]) {
+    for (z, from_z) in stamp.from_z.iter().enumerate() {
+        for (y, from_y) in stamp.from_y.iter().enumerate() {
+            let from_yz = from_y + from_z;
+            if offer(from_yz, 0) >= nobody {
+                continue;
+            }
+            let row = stamp.first + z * stamp.steps[1] + y * stamp.steps[0];
+            let from_x = stamp.from_x.as_flattened();
+            for (best, from_x) in best[row..][..from_x.len()].iter_mut().zip(from_x) {
+                *best = best.min(offer(from_yz + from_x, number));
+            }
+        }
+    }
 }
 
 #[cfg(test)]
