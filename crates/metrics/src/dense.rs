@@ -116,18 +116,21 @@ impl Tally {
     fn of(moving: &Surface, fixed: &DenseSurface<'_>, fixed_from_moving: &RigidTransform, rule: &DenseRule) -> Tally {
         let pose = Motion::new(fixed_from_moving);
         let stride = moving.len().div_ceil(rule.max_points.max(1)).max(1);
-        let chosen: Vec<usize> = (0..moving.len()).step_by(stride).collect();
-        let mut tally = Tally { points: chosen.len() as f64, ..Tally::default() };
+        let n_chosen = moving.len().div_ceil(stride);
+        let mut tally = Tally { points: n_chosen as f64, ..Tally::default() };
         let (mut points, mut found) = ([[0.0; 3]; BLOCK], [None; BLOCK]);
-        for block in chosen.chunks(BLOCK) {
-            points.iter_mut().zip(block).for_each(|(point, &i)| *point = pose.moved(&moving.points()[i]));
-            fixed.near.nearest_each(&points[..block.len()], &mut found);
+        for start in (0..n_chosen).step_by(BLOCK) {
+            let n = BLOCK.min(n_chosen - start);
+            for (k, point) in points[..n].iter_mut().enumerate() {
+                *point = pose.moved(&moving.points()[(start + k) * stride]);
+            }
+            fixed.near.nearest_each(&points[..n], &mut found);
             // The points that are left are moved to the front.
             let mut n_off = 0;
-            for (at, &i) in block.iter().enumerate() {
+            for at in 0..n {
                 let point = points[at];
                 points[n_off] = point;
-                let turned = || pose.turned(&moving.normals()[i]);
+                let turned = || pose.turned(&moving.normals()[(start + at) * stride]);
                 n_off += usize::from(!tally.is_near(&point, turned, found[at], fixed.surface, rule));
             }
             tally.contradict(&points[..n_off], &mut found, fixed, rule);

@@ -1,7 +1,7 @@
 //! The loop that all members share: pair, solve, move, with a shrinking search radius and robust weights.
 
 use crate::equations::{Equations, applied};
-use crate::pairing::Pairing;
+use crate::pairing::{Every, Pairing};
 use crate::touches::Touches;
 use crate::uncertainty::uncertainty;
 use crate::{Freedom, Nearest, Refinement};
@@ -81,7 +81,7 @@ impl Schedule {
         start: &RigidTransform,
         subsets: &mut [Subset],
     ) -> RigidTransform {
-        let reach = scene.source.points().iter().map(|p| wide(*p).norm()).fold(0.0, f64::max);
+        let reach = scene.source.points().iter().map(|p| wide(*p).norm_squared()).fold(0.0, f64::max).sqrt();
         let mut pose = *start;
         for round in 0..self.rounds {
             let progress = (round as f64 / (SHRINKING * self.rounds as f64)).min(1.0);
@@ -102,14 +102,13 @@ impl Schedule {
     /// What holds a pose as it is: the pairs within the end radius.
     pub(crate) fn measure(&self, scene: Scene<'_>, distance: &impl Distance, pose: &RigidTransform) -> Refinement {
         let pairing = self.pairing(scene, pose, self.end_radius);
-        refinement(*pose, &Subset::new(scene.source.len(), 0, self.stride(scene)).sums(&pairing, distance))
+        refinement(*pose, &Subset::new(scene, 0, self.stride(scene)).sums(&pairing, distance))
     }
 
     /// As many as there are rounds at most, and one at least.
     fn subsets(&self, scene: Scene<'_>) -> Vec<Subset> {
         let stride = self.stride(scene);
-        let subset = |offset| Subset::new(scene.source.len(), offset, stride);
-        (0..stride.min(self.rounds).max(1)).map(subset).collect()
+        (0..stride.min(self.rounds).max(1)).map(|first| Subset::new(scene, first, stride)).collect()
     }
 
     fn stride(&self, scene: Scene<'_>) -> usize {
@@ -122,16 +121,17 @@ impl Schedule {
     }
 }
 
-/// Every `stride`-th point of the source, and what each of them has seen the last time.
+/// Some points of the source, and what each of them has seen the last time, if anybody remembers it.
 pub(crate) struct Subset {
-    points: Vec<usize>,
+    points: Every,
     last: Vec<LastSeen>,
 }
 
 impl Subset {
-    fn new(n_points: usize, offset: usize, stride: usize) -> Self {
-        let points: Vec<usize> = (offset..n_points).step_by(stride).collect();
-        Subset { last: vec![LastSeen::default(); points.len()], points }
+    fn new(scene: Scene<'_>, first: usize, step: usize) -> Self {
+        let points = Every::new(scene.source.len(), first, step);
+        let remembered = if scene.nearest.remembers() { points.count } else { 0 };
+        Subset { points, last: vec![LastSeen::default(); remembered] }
     }
 
     fn sums(&mut self, pairing: &Pairing<'_>, distance: &impl Distance) -> Equations {
@@ -145,15 +145,18 @@ impl Subset {
         pairing: &Pairing<'_>,
         add: impl Fn(&mut T, &Touches) + Sync,
     ) -> Vec<T> {
-        let one_chunk = |(points, last): (&[usize], &mut [LastSeen])| {
+        let one_chunk = |(points, last): (Every, &mut [LastSeen])| {
             let mut part = T::default();
             pairing.each_touch(points, last, |touches| add(&mut part, touches));
             part
         };
-        if self.points.len() <= CHUNK {
-            return vec![one_chunk((&self.points, &mut self.last))];
+        if self.points.count <= CHUNK {
+            return vec![one_chunk((self.points, &mut self.last))];
         }
-        self.points.par_chunks(CHUNK).zip(self.last.par_chunks_mut(CHUNK)).map(one_chunk).collect()
+        let mut last = self.last.chunks_mut(CHUNK);
+        let chunks: Vec<_> =
+            self.points.chunks(CHUNK).map(|points| (points, last.next().unwrap_or_default())).collect();
+        chunks.into_par_iter().map(one_chunk).collect()
     }
 }
 

@@ -9,9 +9,14 @@ const CELL: f64 = 1.5;
 pub trait Nearest: Sync {
     /// Their positions, or `None` where nothing is within `radius` (data units). What is found may be farther.
     ///
-    /// `last` is what each of the points has seen under the pose before, if anybody wants to remember it. All three slices are
-    /// equally long.
+    /// `last` is what each of the points has seen under the pose before; it is empty for a search that does not remember. All
+    /// other slices are equally long.
     fn nearest_each(&self, queries: &[Point], radius: f64, last: &mut [LastSeen], found: &mut [Option<u32>]);
+
+    /// Whether what points have seen spares a search.
+    fn remembers(&self) -> bool {
+        false
+    }
 }
 
 impl Nearest for NeighborIndex {
@@ -27,6 +32,10 @@ impl Nearest for OrderedPoints {
         for ((query, last), found) in queries.iter().zip(last).zip(found) {
             *found = self.nearest_following(query, radius, last);
         }
+    }
+
+    fn remembers(&self) -> bool {
+        true
     }
 }
 

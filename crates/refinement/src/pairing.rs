@@ -5,6 +5,31 @@ use crate::touches::{BLOCK, Ends, Limits, Touches, Vectors, place_each};
 use congruent_geometry::{LastSeen, Point, RigidTransform, Surface};
 use nalgebra::{Matrix3, Vector3};
 
+/// Every `step`-th point of a cloud.
+#[derive(Clone, Copy)]
+pub(crate) struct Every {
+    first: usize,
+    step: usize,
+    pub(crate) count: usize,
+}
+
+impl Every {
+    /// From the `first` of `n` points on.
+    pub(crate) fn new(n: usize, first: usize, step: usize) -> Self {
+        Every { first, step, count: n.saturating_sub(first).div_ceil(step) }
+    }
+
+    /// In parts of so many at most.
+    pub(crate) fn chunks(self, size: usize) -> impl Iterator<Item = Every> {
+        let Every { first, step, count } = self;
+        (0..count).step_by(size).map(move |k| Every { first: first + k * step, step, count: size.min(count - k) })
+    }
+
+    fn positions(self) -> impl Iterator<Item = usize> {
+        (0..self.count).map(move |k| self.first + k * self.step)
+    }
+}
+
 /// A source on its way to a target.
 pub(crate) struct Pairing<'a> {
     source: &'a Surface,
@@ -42,14 +67,15 @@ impl<'a> Pairing<'a> {
     }
 
     /// Visits what some points of the source touch, in their order, many at a time. `last` is what each of them has seen under
-    /// the pose before.
-    pub(crate) fn each_touch(&self, points: &[usize], last: &mut [LastSeen], mut visit: impl FnMut(&Touches)) {
+    /// the pose before; empty where nobody remembers it.
+    pub(crate) fn each_touch(&self, points: Every, last: &mut [LastSeen], mut visit: impl FnMut(&Touches)) {
         let (mut places, mut moved) = ([[0.0; BLOCK]; 3], [[0.0; BLOCK]; 3]);
         let (mut queries, mut found) = ([[0.0; 3]; BLOCK], [None; BLOCK]);
         let (mut ends, mut touches) = (Ends::default(), Touches::default());
-        for (points, last) in points.chunks(BLOCK).zip(last.chunks_mut(BLOCK)) {
-            let n = points.len();
-            points.iter().enumerate().for_each(|(k, &i)| put(&mut places, k, &self.source.points()[i]));
+        let mut last = last.chunks_mut(BLOCK);
+        for points in points.chunks(BLOCK) {
+            let (n, last) = (points.count, last.next().unwrap_or_default());
+            points.positions().enumerate().for_each(|(k, i)| put(&mut places, k, &self.source.points()[i]));
             place_each(&places, self.rotation.as_ref(), self.shift.as_ref(), &mut moved);
             queries.iter_mut().enumerate().for_each(|(k, query)| *query = [0, 1, 2].map(|axis| moved[axis][k] as f32));
             self.nearest.nearest_each(&queries[..n], self.radius, last, &mut found[..n]);
@@ -62,9 +88,9 @@ impl<'a> Pairing<'a> {
     }
 
     /// Those that have found something.
-    fn collect(&self, points: &[usize], moved: &Vectors, found: &[Option<u32>; BLOCK], ends: &mut Ends) {
+    fn collect(&self, points: Every, moved: &Vectors, found: &[Option<u32>; BLOCK], ends: &mut Ends) {
         ends.n = 0;
-        for (k, &i) in points.iter().enumerate() {
+        for (k, i) in points.positions().enumerate() {
             let Some(found) = found[k].map(|found| found as usize) else { continue };
             (0..3).for_each(|axis| ends.moved[axis][ends.n] = moved[axis][k]);
             put(&mut ends.source_normal, ends.n, &self.source.normals()[i]);
