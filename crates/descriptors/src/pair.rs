@@ -96,14 +96,15 @@ impl Ordered {
     }
 
     /// Counts the pairs of a needed point with the others of a run, for both; with other needed ones only if they come later.
-    /// `counts` are those from the first place on.
+    /// `own` are those of the point itself, `counts` those of the places from the first on.
     fn count(
         &self,
         i: usize,
         run: Range<usize>,
         radius_sq: f32,
         needed: &[bool],
-        (first, counts): (usize, &mut [[u32; DIM]]),
+        own: &mut [Histogram; SHARES],
+        (first, counts): (usize, &mut [Histogram]),
     ) {
         let mut found = [NO_BINS; BLOCK];
         for start in run.clone().step_by(BLOCK) {
@@ -113,7 +114,7 @@ impl Ordered {
             bins_of_block(self.points.point(i), self.normal(i), columns, radius_sq, &mut found[..n]);
             for (j, &bins) in (start..end).zip(&found) {
                 if bins != NO_BINS && (j > i || !needed[j]) {
-                    count(&mut counts[i - first], bins);
+                    count(&mut own[j % SHARES], bins);
                     if needed[j] {
                         count(&mut counts[j - first], bins);
                     }
@@ -144,10 +145,29 @@ fn bins_of_block(
     }
 }
 
-fn count(counts: &mut [u32; DIM], bins: u32) {
-    for block in 0..3 {
-        counts[block * BINS + (bins >> (8 * block) & 0xff) as usize] += 1;
+/// Pairs by bin, a block a feature; with room beyond the last bin, so that no bin can be out of it.
+type Histogram = [[u32; 16]; 3];
+
+/// Parts that one point's pairs are counted in by turns: neighbours are often alike, and a number that was just written is slow
+/// to read again.
+const SHARES: usize = 2;
+
+#[inline(always)]
+fn count(counts: &mut Histogram, bins: u32) {
+    for (block, counts) in counts.iter_mut().enumerate() {
+        counts[(bins >> (8 * block) & 0xf) as usize] += 1;
     }
+}
+
+fn plus(mut sum: Histogram, more: &Histogram) -> Histogram {
+    sum.as_flattened_mut().iter_mut().zip(more.as_flattened()).for_each(|(sum, more)| *sum += more);
+    sum
+}
+
+fn percentages(counts: &Histogram) -> [f32; DIM] {
+    let n_pairs: u32 = counts[0].iter().sum();
+    let share = |i: usize| 100.0 * f64::from(counts[i / BINS][i % BINS]) / f64::from(n_pairs.max(1));
+    std::array::from_fn(|i| share(i) as f32)
 }
 
 fn squared(radius: f64) -> f32 {
@@ -179,7 +199,7 @@ impl PairHistograms {
             .collect();
         let total = |i: usize| {
             let seen = parts.iter().filter_map(|part| part.counts.get(i.checked_sub(part.first)?));
-            seen.fold([0u32; DIM], |sum, counts| std::array::from_fn(|bin| sum[bin] + counts[bin]))
+            seen.fold(Histogram::default(), plus)
         };
         let histograms = (0..n).into_par_iter().map(|i| percentages(&total(i))).collect();
         let mut places = vec![0; n];
@@ -220,32 +240,29 @@ fn weighted_sum(histograms: &[[f32; DIM]], weights: &[(u32, f64)]) -> [f64; DIM]
 /// Counts of points that follow each other, from the pairs of some.
 struct Counts {
     first: usize,
-    counts: Vec<[u32; DIM]>,
+    counts: Vec<Histogram>,
 }
 
 impl Counts {
     /// Of two points that are needed the first in the order counts for both; so none before `some` is counted for.
     fn of(ordered: &Ordered, needed: &[bool], radius: f64, some: Range<usize>) -> Self {
         let (first, mut end) = (some.start, some.end);
-        let mut counts = vec![[0u32; DIM]; needed.len() - first];
+        let mut counts = vec![Histogram::default(); needed.len() - first];
         let all_needed = needed.iter().all(|is_needed| *is_needed);
         for i in some.filter(|&i| needed[i] && ordered.normal(i) != [0.0; 3]) {
+            let mut own = [Histogram::default(); SHARES];
             for run in ordered.points.cells().runs(&ordered.points.point(i), radius) {
                 let start = if all_needed { run.start.max(i + 1) } else { run.start };
                 let run = start..run.end.max(start);
                 end = end.max(run.end);
-                ordered.count(i, run, squared(radius), needed, (first, &mut counts));
+                ordered.count(i, run, squared(radius), needed, &mut own, (first, &mut counts));
             }
+            counts[i - first] = own.iter().fold(counts[i - first], plus);
         }
         // Memory that was not written to was never taken.
         counts.truncate(end - first);
         Counts { first, counts }
     }
-}
-
-fn percentages(counts: &[u32; DIM]) -> [f32; DIM] {
-    let n_pairs: u32 = counts[..BINS].iter().sum();
-    counts.map(|count| (100.0 * f64::from(count) / f64::from(n_pairs.max(1))) as f32)
 }
 
 #[cfg(test)]
@@ -258,7 +275,7 @@ mod tests {
     /// The simplified histogram (SPFH) of one point: percentages of its pairs with all neighbours, each block summing to
     /// 100. All zero where there is no pair.
     fn pair_histogram(surface: &Surface, i: u32, radius: f64) -> [f32; DIM] {
-        let mut counts = [0u32; DIM];
+        let mut counts = Histogram::default();
         let (point, normal) = (surface.points()[i as usize], surface.normals()[i as usize]);
         if normal != [0.0; 3] {
             // The tree may see a point on the very rim otherwise than the bins do: theirs is the last word.
