@@ -4,6 +4,7 @@ use crate::Point;
 use crate::grid::Grid;
 use multiversion::multiversion;
 use rustc_hash::FxHashMap;
+use std::ops::Range;
 
 /// More cells than this would cost more memory than a scan is worth; the cells grow instead.
 const MAX_CELLS: f64 = 1.6e7;
@@ -13,6 +14,8 @@ const HALF_DIAGONAL: f32 = 0.87;
 
 /// Points that are looked up together.
 const BLOCK: usize = 64;
+/// Layers of cells that are filled at a time: what is written to stays in the cache.
+const LAYERS: usize = 16;
 /// Cells that are filled together.
 const LANES: usize = 8;
 
@@ -35,14 +38,26 @@ impl NearestField {
         let in_cells = reach as f32 / grid.side + HALF_DIAGONAL;
         // Whatever is nearer than this is within reach.
         let nobody = offer((in_cells * in_cells).next_up(), 0);
-        let mut best = vec![nobody; grid.n_cells() + LANES];
-        let mut stamp = Stamp::default();
-        for number in representatives(&grid, points) {
-            stamp.place(&grid, &grid.place(&points[number as usize]), in_cells);
-            press(&stamp, number, nobody, &mut best);
+        let mut nearest = Vec::with_capacity(grid.n_cells() + LANES);
+        let placed = representatives(&grid, points);
+        let (mut stamp, mut best) = (Stamp::default(), Vec::new());
+        for first in (0..grid.size[2]).step_by(LAYERS) {
+            let layers = first..grid.size[2].min(first + LAYERS);
+            let n_cells = grid.number([0, 0, layers.len()]);
+            best.clear();
+            best.resize(n_cells + LANES, nobody);
+            let above = placed.partition_point(|(place, _)| place[2] + in_cells < layers.start as f32);
+            for (place, number) in &placed[above..] {
+                if place[2] - in_cells > layers.end as f32 {
+                    break;
+                }
+                stamp.place(&grid, &layers, place, in_cells);
+                press(&stamp, *number, nobody, &mut best);
+            }
+            let found = best[..n_cells].iter();
+            nearest.extend(found.map(|&best| if best == nobody { NOTHING } else { best.to_bits() as u32 }));
         }
-        let nearest =
-            best.into_iter().map(|best| if best == nobody { NOTHING } else { best.to_bits() as u32 }).collect();
+        nearest.extend([NOTHING; LANES]);
         NearestField { grid, nearest }
     }
 
@@ -87,8 +102,8 @@ fn number_cells(grid: &Grid, points: &[Point], cells: &mut [u32]) {
     }
 }
 
-/// Of each occupied cell the point nearest to its centre, ascending.
-fn representatives(grid: &Grid, points: &[Point]) -> Vec<u32> {
+/// Of each occupied cell the point nearest to its centre, with its place in cells; by their places along z.
+fn representatives(grid: &Grid, points: &[Point]) -> Vec<(Point, u32)> {
     let mut best: FxHashMap<usize, (f32, u32)> = FxHashMap::default();
     for (number, point) in (0u32..).zip(points) {
         let place = grid.place(point);
@@ -99,8 +114,9 @@ fn representatives(grid: &Grid, points: &[Point]) -> Vec<u32> {
             *entry = (away, number);
         }
     }
-    let mut chosen: Vec<u32> = best.into_values().map(|(_, number)| number).collect();
-    chosen.sort_unstable();
+    let placed = |(_, number): (f32, u32)| (grid.place(&points[number as usize]), number);
+    let mut chosen: Vec<(Point, u32)> = best.into_values().map(placed).collect();
+    chosen.sort_unstable_by(|(a, i), (b, j)| a[2].total_cmp(&b[2]).then(i.cmp(j)));
     chosen
 }
 
@@ -119,15 +135,17 @@ struct Stamp {
 }
 
 impl Stamp {
-    /// Around a place that is given in cells, as far as `reach`, in cells too.
-    fn place(&mut self, grid: &Grid, place: &Point, reach: f32) {
+    /// Around a place that is given in cells, as far as `reach`, in cells too; of some layers of the grid, whose first cell is
+    /// the first.
+    fn place(&mut self, grid: &Grid, layers: &Range<usize>, place: &Point, reach: f32) {
         let [xs, ys, zs] = [0, 1, 2].map(|axis| {
             let low = (place[axis] - reach - 0.5).ceil().max(0.0) as usize;
             let high = ((place[axis] + reach - 0.5).floor() + 1.0).max(0.0) as usize;
             low..high.min(grid.size[axis])
         });
         let from = |axis: usize, cell: usize| (cell as f32 + 0.5 - place[axis]).powi(2);
-        self.first = grid.number([xs.start, ys.start, zs.start]);
+        let zs = zs.start.max(layers.start)..zs.end.min(layers.end);
+        self.first = grid.number([xs.start, ys.start, zs.start - layers.start]);
         self.steps = [grid.size[0], grid.size[0] * grid.size[1]];
         self.from_x.clear();
         self.from_x.resize(xs.len().div_ceil(LANES), [f32::INFINITY; LANES]);
