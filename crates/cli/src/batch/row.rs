@@ -57,9 +57,26 @@ impl Status {
     }
 }
 
+/// A pair, and what it was registered with.
+#[derive(Clone, Copy)]
+pub(super) struct Asked<'a> {
+    pub(super) job: &'a Job,
+    /// Of the source and of the target.
+    pub(super) names: [&'a str; 2],
+    pub(super) seed: u64,
+    pub(super) configuration: &'a str,
+}
+
+/// Why a pair has no verdict.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct NoVerdict {
+    pub(super) status: Status,
+    pub(super) error: String,
+}
+
 impl Row {
     /// A row that says nothing yet.
-    fn of(job: &Job, names: [&str; 2], seed: u64, configuration: &str, took: Duration) -> Row {
+    fn of(Asked { job, names, seed, configuration }: Asked<'_>, took: Duration) -> Row {
         Row {
             id: job.id.clone(),
             source: names[0].to_owned(),
@@ -84,26 +101,16 @@ impl Row {
     }
 
     /// A pair that ended before it had a verdict.
-    pub(super) fn failed(
-        (job, names): (&Job, [&str; 2]),
-        (seed, configuration): (u64, &str),
-        took: Duration,
-        (status, error): (Status, String),
-    ) -> Row {
-        Row { status, error: Some(error), ..Row::of(job, names, seed, configuration, took) }
+    pub(super) fn failed(asked: Asked<'_>, took: Duration, why: NoVerdict) -> Row {
+        Row { status: why.status, error: Some(why.error), ..Row::of(asked, took) }
     }
 
     /// A pair with a verdict. `centre` is the middle of the source.
-    pub(super) fn done(
-        (job, names): (&Job, [&str; 2]),
-        (seed, configuration): (u64, &str),
-        took: Duration,
-        (registration, centre): (&Registration, Vector3<f64>),
-    ) -> Row {
-        let mut row = Row::of(job, names, seed, configuration, took);
+    pub(super) fn done(asked: Asked<'_>, took: Duration, registration: &Registration, centre: Vector3<f64>) -> Row {
+        let mut row = Row::of(asked, took);
         row.timings.extend(registration.timings.iter().map(|t| (t.stage.name().to_owned(), t.time.as_secs_f64())));
         let pose = registration.target_from_source.as_ref();
-        let errors = pose.zip(job.truth.as_ref()).map(|(pose, truth)| errors(pose, truth, centre));
+        let errors = pose.zip(asked.job.truth.as_ref()).map(|(pose, truth)| errors(pose, truth, centre));
         Row {
             verdict: Some(registration.verdict.kind()),
             reason: registration.reason(),
@@ -147,8 +154,9 @@ pub(super) mod tests {
     /// A row of a pair that could not be run.
     pub(in crate::batch) fn broken(id: &str) -> Row {
         let job = Job { id: id.to_owned(), source: 0, target: 1, truth: None, guess: None };
-        let error = (Status::Error, "a.ply: line 3, \"x\"\nis no number".to_owned());
-        Row::failed((&job, ["a.ply", "b,c.ply"]), (7, "0f"), Duration::from_millis(1500), error)
+        let asked = Asked { job: &job, names: ["a.ply", "b,c.ply"], seed: 7, configuration: "0f" };
+        let why = NoVerdict { status: Status::Error, error: "a.ply: line 3, \"x\"\nis no number".to_owned() };
+        Row::failed(asked, Duration::from_millis(1500), why)
     }
 
     #[test]

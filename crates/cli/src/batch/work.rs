@@ -7,7 +7,7 @@ use super::hash_of;
 use super::input::Input;
 use super::pairs::Job;
 use super::results::Results;
-use super::row::{Row, Status};
+use super::row::{Asked, NoVerdict, Row, Status};
 use super::survey::Survey;
 use anyhow::Result;
 use congruent_pipeline::{Pair, PipelineConfig, Prior, Registration, Stage, Variant};
@@ -98,10 +98,10 @@ impl Work<'_> {
             }
         };
         let registered = outcome(self.time_limit, || self.registered(job, seed, &observe));
-        let (pair, made_with) = ((job, [scan(job.source), scan(job.target)]), (seed, configuration));
+        let asked = Asked { job, names: [scan(job.source), scan(job.target)], seed, configuration };
         match registered {
-            Ok((registration, centre)) => Row::done(pair, made_with, start.elapsed(), (&registration, centre)),
-            Err(failed) => Row::failed(pair, made_with, start.elapsed(), failed),
+            Ok((registration, centre)) => Row::done(asked, start.elapsed(), &registration, centre),
+            Err(why) => Row::failed(asked, start.elapsed(), why),
         }
     }
 
@@ -124,15 +124,16 @@ impl Work<'_> {
     }
 }
 
-/// What the work gives, or how the row has to say that it gave nothing.
-fn outcome<T>(time_limit: Option<Duration>, work: impl FnOnce() -> Result<T, String>) -> Result<T, (Status, String)> {
+/// What the work gives, or why it gave nothing.
+fn outcome<T>(time_limit: Option<Duration>, work: impl FnOnce() -> Result<T, String>) -> Result<T, NoVerdict> {
+    let failed = |status: Status, error: String| NoVerdict { status, error };
     match catch_unwind(AssertUnwindSafe(work)) {
-        Ok(result) => result.map_err(|error| (Status::Error, error)),
+        Ok(result) => result.map_err(|error| failed(Status::Error, error)),
         Err(payload) if payload.is::<TimedOut>() => {
             let limit = time_limit.unwrap_or_default().as_secs_f64();
-            Err((Status::TimedOut, format!("not done after {limit} s; raise --time-limit")))
+            Err(failed(Status::TimedOut, format!("not done after {limit} s; raise --time-limit")))
         }
-        Err(payload) => Err((Status::Error, internal(payload.as_ref()))),
+        Err(payload) => Err(failed(Status::Error, internal(payload.as_ref()))),
     }
 }
 
@@ -195,8 +196,9 @@ mod tests {
         let _silence = PanicSilence::begin();
         let row = |work: fn() -> Result<(), String>| {
             let job = Job { id: "b--a".to_owned(), source: 0, target: 1, truth: None, guess: None };
-            let failed = outcome(Some(Duration::from_secs(90)), work).unwrap_err();
-            let row = Row::failed((&job, ["b", "a"]), (7, "0f"), Duration::ZERO, failed);
+            let asked = Asked { job: &job, names: ["b", "a"], seed: 7, configuration: "0f" };
+            let why = outcome(Some(Duration::from_secs(90)), work).unwrap_err();
+            let row = Row::failed(asked, Duration::ZERO, why);
             (row.status, row.error.unwrap())
         };
         let fallen = "internal error: the sky fell on heads".to_owned();

@@ -45,7 +45,7 @@ fn run_into(args: &EvaluateArgs, directory: &Path) -> Result<ExitCode> {
     let other = args.compare.as_deref().map(EvaluationRows::read).transpose()?;
     let mut rows = EvaluationRows::open(directory)?;
     congruent_io::write_file(&directory.join("config.toml"), text.as_bytes())?;
-    on_threads(args.run.threads, || evaluate((&config, spoil), &configuration, &selected, &mut rows))??;
+    on_threads(args.run.threads, || evaluate(Trial { config: &config, spoil }, &configuration, &selected, &mut rows))??;
     rows.write_table(directory)?;
 
     let ours = |set: &Selected| -> Vec<PairRow> {
@@ -75,13 +75,15 @@ fn run_into(args: &EvaluateArgs, directory: &Path) -> Result<ExitCode> {
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(SOME_ERRORS) })
 }
 
+/// How pairs are registered, and what their scans suffer before.
+#[derive(Clone, Copy)]
+struct Trial<'a> {
+    config: &'a PipelineConfig,
+    spoil: &'a [Nuisance],
+}
+
 /// Adds the rows that are not there yet.
-fn evaluate(
-    how: (&PipelineConfig, &[Nuisance]),
-    configuration: &str,
-    selected: &[Selected],
-    rows: &mut EvaluationRows,
-) -> Result<()> {
+fn evaluate(trial: Trial<'_>, configuration: &str, selected: &[Selected], rows: &mut EvaluationRows) -> Result<()> {
     let all: Vec<(&str, &TruePair)> =
         selected.iter().flat_map(|set| set.pairs.iter().map(|pair| (set.name.as_str(), pair))).collect();
     let bar = Bar::new(all.len() as u64);
@@ -94,7 +96,7 @@ fn evaluate(
                 row.clone()
             }
             None => {
-                let row = judged(dataset, pair, how);
+                let row = judged(dataset, pair, trial);
                 let row = PairRow { configuration: configuration.to_owned(), pair: name, ..row };
                 rows.add(row.clone())?;
                 row
@@ -114,7 +116,7 @@ fn evaluate(
 }
 
 /// Registers one pair. A file that cannot be used makes a row, too.
-fn judged(dataset: &str, pair: &TruePair, (config, spoil): (&PipelineConfig, &[Nuisance])) -> PairRow {
+fn judged(dataset: &str, pair: &TruePair, Trial { config, spoil }: Trial<'_>) -> PairRow {
     let row = |overlap: f64| PairRow::new(dataset, &pair.source, &pair.target, overlap);
     let files = Pair { source: &pair.source_file, target: &pair.target_file };
     let loaded = match files.map(|file| load(file)).both().with_context(|| format!("named at {}", pair.place)) {
