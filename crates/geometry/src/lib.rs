@@ -23,6 +23,7 @@ mod orientation;
 mod outer_sum;
 mod radius;
 pub mod random;
+mod repeated;
 mod resolution;
 mod scan;
 mod scatter;

@@ -1,8 +1,12 @@
 //! A scan as the file says it, and the same scan made fit to work on.
 
+use crate::repeated::repeated;
 use crate::{Point, narrow};
 use nalgebra::Vector3;
-use rustc_hash::FxHashMap;
+use rayon::prelude::*;
+
+/// Points that one thread centres at a time, at least.
+const POINTS_AT_A_TIME: usize = 4096;
 
 /// What a file holds, unchanged: file coordinates in `f64`, every point, also the broken ones.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -79,34 +83,32 @@ impl Scan {
         let origin = low * 0.5 + high * 0.5;
         let distinguish = snapping(extent);
 
-        let mut dropped = Dropped::default();
-        let mut place: FxHashMap<[u32; 3], u32> =
-            FxHashMap::with_capacity_and_hasher(raw.points.len(), Default::default());
-        let mut kept: Vec<u32> = Vec::with_capacity(raw.points.len());
-        let mut points: Vec<Point> = Vec::with_capacity(raw.points.len());
-        let mut new_index = vec![u32::MAX; raw.points.len()];
-        for (i, p) in raw.points.iter().enumerate() {
-            if !finite(&p) {
-                dropped.non_finite += 1;
-                continue;
-            }
-            // Adding zero turns -0 into +0, so that equal numbers have equal bits.
-            let point = narrow(&(Vector3::from(*p) - origin).map(&distinguish)).map(|v| v + 0.0);
-            let next = points.len() as u32;
-            let at = *place.entry(point.map(f32::to_bits)).or_insert(next);
-            new_index[i] = at;
-            if at == next {
-                points.push(point);
-                kept.push(i as u32);
-            } else {
-                dropped.duplicates += 1;
-            }
-        }
+        // What is dropped becomes no number.
+        let centred = |p: &[f64; 3]| match finite(&p) {
+            true => narrow(&(Vector3::from(*p) - origin).map(&distinguish)).map(|v| v + 0.0),
+            false => [f32::NAN; 3],
+        };
+        let mut points: Vec<Point> = raw.points.par_iter().with_min_len(POINTS_AT_A_TIME).map(centred).collect();
+        let non_finite = points.iter().filter(|p| p[0].is_nan()).count();
+        let repeated = repeated(&points);
+        repeated.iter().for_each(|&(i, _)| points[i as usize] = [f32::NAN; 3]);
+        let kept: Vec<bool> = points.iter().map(|p| !p[0].is_nan()).collect();
+        points.retain(|p| !p[0].is_nan());
+        let dropped = Dropped { non_finite, duplicates: repeated.len() };
         if points.len() < 3 {
             return Err(ScanError::TooFewPoints { distinct: points.len(), total: raw.points.len() });
         }
-        let normals = raw.normals.as_ref().map(|all| kept.iter().map(|&i| unit(all[i as usize])).collect());
-        let triangles = raw.triangles.iter().filter_map(|t| renumbered(t, &new_index)).collect();
+        let normals = raw.normals.as_ref().map(|all| {
+            let of_kept = all.iter().zip(&kept).filter(|(_, kept)| **kept);
+            of_kept.map(|(normal, _)| unit(*normal)).collect()
+        });
+        let triangles = if raw.triangles.is_empty() {
+            Vec::new()
+        } else {
+            let mut new_index = numbered(&kept);
+            repeated.iter().for_each(|&(i, first)| new_index[i as usize] = new_index[first as usize]);
+            raw.triangles.iter().filter_map(|t| renumbered(t, &new_index)).collect()
+        };
         let finite_viewpoint = raw.viewpoint.filter(|v| finite(&v));
         let viewpoint = finite_viewpoint.map(|v| Vector3::from(v) - origin);
         Ok(Scan { origin, points, normals, triangles, viewpoint, dropped })
@@ -150,9 +152,7 @@ impl Scan {
 
     /// The same scan, around the same origin, of the points for which `kept` holds, and of the triangles between them.
     pub(crate) fn only(&self, kept: &[bool]) -> Scan {
-        let mut next = 0..;
-        let new_index: Vec<u32> =
-            kept.iter().map(|kept| if *kept { next.next().unwrap_or(u32::MAX) } else { u32::MAX }).collect();
+        let new_index = numbered(kept);
         let of = |all: &[Point]| all.iter().zip(kept).filter(|(_, kept)| **kept).map(|(point, _)| *point).collect();
         Scan {
             origin: self.origin,
@@ -176,6 +176,12 @@ impl Scan {
 fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 3]>) -> (Vector3<f64>, Vector3<f64>) {
     let none = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
     points.fold(none, |(low, high), p| (low.inf(&Vector3::from(*p)), high.sup(&Vector3::from(*p))))
+}
+
+/// The new position of each point that is kept; none of the others.
+fn numbered(kept: &[bool]) -> Vec<u32> {
+    let mut next = 0..;
+    kept.iter().map(|kept| if *kept { next.next().unwrap_or(u32::MAX) } else { u32::MAX }).collect()
 }
 
 fn unit(normal: Point) -> Point {

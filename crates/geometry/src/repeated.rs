@@ -1,0 +1,106 @@
+//! Points at the place of an earlier one.
+
+use crate::Point;
+use rayon::prelude::*;
+use rustc_hash::{FxBuildHasher, FxHashMap};
+use std::hash::BuildHasher;
+
+/// About so many points are compared with each other at a time: their table stays in the cache.
+const POINTS_OF_A_PART: usize = 1 << 15;
+/// Points that one thread hashes at a time.
+const HASHED_AT_A_TIME: usize = 1 << 14;
+/// A table of hashes picks its places by their lowest and highest bits; parts are made by bits between.
+const MIDDLE_BITS: u32 = 24;
+
+/// The coordinates of a point as bits. Zero has a sign that makes no difference.
+type Place = [u32; 3];
+
+/// Each point (position) at exactly the place of an earlier one, and the first one there; ascending. Points that are no numbers are
+/// nowhere.
+pub(crate) fn repeated(points: &[Point]) -> Vec<(u32, u32)> {
+    let of_part = |known: &mut FxHashMap<Place, u32>, part: &[u32]| {
+        known.clear();
+        let mut found = Vec::new();
+        for &i in part {
+            let point = points[i as usize];
+            let first = *known.entry(place(&point)).or_insert(i);
+            if first != i && !point[0].is_nan() {
+                found.push((i, first));
+            }
+        }
+        found
+    };
+    let parts = Parts::by_place(points);
+    let mut found: Vec<(u32, u32)> =
+        parts.all().into_par_iter().map_init(FxHashMap::default, of_part).flatten_iter().collect();
+    found.par_sort_unstable();
+    found
+}
+
+/// Adding zero turns −0 into +0, so that equal numbers have equal bits.
+fn place(point: &Point) -> Place {
+    point.map(|v| (v + 0.0).to_bits())
+}
+
+/// Positions of points, those of equal points in the same part; ascending in each.
+struct Parts {
+    order: Vec<u32>,
+    /// Where each part ends.
+    ends: Vec<usize>,
+}
+
+impl Parts {
+    fn by_place(points: &[Point]) -> Parts {
+        let n_parts = points.len().div_ceil(POINTS_OF_A_PART).next_power_of_two();
+        let part = |point: &Point| (FxBuildHasher.hash_one(place(point)) >> MIDDLE_BITS) as usize & (n_parts - 1);
+        if n_parts == 1 {
+            return Parts { order: (0..points.len() as u32).collect(), ends: vec![points.len()] };
+        }
+        let part_of: Vec<u32> =
+            points.par_iter().with_min_len(HASHED_AT_A_TIME).map(|point| part(point) as u32).collect();
+        let mut next = vec![0; n_parts];
+        part_of.iter().for_each(|&part| next[part as usize] += 1);
+        let mut end = 0;
+        next.iter_mut().for_each(|next| end += std::mem::replace(next, end));
+        let mut order = vec![0; points.len()];
+        for (i, &part) in (0u32..).zip(&part_of) {
+            order[next[part as usize]] = i;
+            next[part as usize] += 1;
+        }
+        Parts { order, ends: next }
+    }
+
+    fn all(&self) -> Vec<&[u32]> {
+        let starts = std::iter::once(0).chain(self.ends.iter().copied());
+        starts.zip(&self.ends).map(|(start, &end)| &self.order[start..end]).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Stream;
+
+    #[test]
+    fn each_repetition_is_found_with_the_first_of_its_place() {
+        let mut stream = Stream::new(6, 0);
+        for n in [0, 5, 1000, 3 * POINTS_OF_A_PART] {
+            // Few enough places that many points share one.
+            let points: Vec<Point> = (0..n).map(|_| std::array::from_fn(|_| stream.below(40) as f32 - 20.0)).collect();
+            let mut first_at: FxHashMap<Place, u32> = FxHashMap::default();
+            let mut expected = Vec::new();
+            for (i, point) in (0u32..).zip(&points) {
+                let first = *first_at.entry(place(point)).or_insert(i);
+                expected.extend((first != i).then_some((i, first)));
+            }
+            assert_eq!(repeated(&points), expected, "{n}");
+            assert!(n < 1000 || expected.len() > 5, "{n}");
+        }
+    }
+
+    #[test]
+    fn zeros_are_equal_and_what_is_no_number_is_nowhere() {
+        let points = [[0.0, 1.0, -0.0], [f32::NAN; 3], [-0.0, 1.0, 0.0], [f32::NAN; 3], [0.0, 1.0, 1.0]];
+        assert_eq!(repeated(&points), [(2, 0)]);
+    }
+}
