@@ -7,6 +7,9 @@ use std::num::NonZero;
 type Tree = ImmutableKdTree<f32, 3>;
 type Squared = SquaredEuclidean<f32>;
 
+/// Parts of the tree with so many points or more are built side by side.
+const SPLIT_FROM: usize = 4096;
+
 /// A point found, by its position in the slice that the index was built from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Neighbor {
@@ -33,7 +36,8 @@ impl NeighborIndex {
     #[must_use]
     pub fn new(points: &[Point]) -> Self {
         assert!(u32::try_from(points.len()).is_ok(), "an index holds at most 2^32 points");
-        let tree = (!points.is_empty()).then(|| Tree::new_from_slice(points).expect("finite points can be indexed"));
+        let build = || Tree::builder().with_parallel_construction_threshold(SPLIT_FROM).build_from_slice(points);
+        let tree = (!points.is_empty()).then(|| build().expect("finite points can be indexed"));
         NeighborIndex { tree, len: points.len() }
     }
 
