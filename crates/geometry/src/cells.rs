@@ -5,6 +5,7 @@
 
 use crate::Point;
 use crate::grid::Grid;
+use multiversion::multiversion;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -34,12 +35,9 @@ impl Cells {
     pub fn new(points: &[Point], side: f64) -> Cells {
         let n = u32::try_from(points.len()).expect("a cloud has fewer than 2^32 points");
         let grid = Grid::around(points, side, 0.0, MAX_CELLS_PER_POINT * f64::from(n) + 64.0);
-        let cell = |point: &Point| {
-            let place = grid.place(point);
-            grid.number(std::array::from_fn(|axis| (place[axis] as usize).min(grid.size[axis] - 1)))
-        };
-        let cells: Vec<u32> =
-            points.par_iter().with_min_len(POINTS_AT_A_TIME).map(|point| cell(point) as u32).collect();
+        let mut cells = vec![0; points.len()];
+        let parts = cells.par_chunks_mut(POINTS_AT_A_TIME).zip(points.par_chunks(POINTS_AT_A_TIME));
+        parts.for_each(|(cells, points)| number_cells(points, &grid, cells));
         // First where each cell ends; filling it from behind leaves where it starts.
         let mut starts = vec![0u32; grid.n_cells() + 1];
         let mut pairs = 0u64;
@@ -157,6 +155,18 @@ impl Cells {
                 (start < end).then_some(start..end)
             })
         })
+    }
+}
+
+/// The number of the cell of each point of a cloud that the grid was laid around.
+#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
+fn number_cells(points: &[Point], grid: &Grid, cells: &mut [u32]) {
+    let last = grid.size.map(|n| n as i32 - 1);
+    let [row, layer] = [grid.size[0] as u32, (grid.size[0] * grid.size[1]) as u32];
+    for (cell, point) in cells.iter_mut().zip(points) {
+        let place = grid.place(point);
+        let [x, y, z]: [u32; 3] = std::array::from_fn(|axis| (place[axis] as i32).min(last[axis]) as u32);
+        *cell = z * layer + y * row + x;
     }
 }
 
