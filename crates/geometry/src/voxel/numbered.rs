@@ -1,0 +1,85 @@
+//! Which of the occupied cells a point is in.
+
+use crate::Point;
+use multiversion::multiversion;
+use rayon::prelude::*;
+
+/// Keys that one thread looks up at a time.
+const KEYS_AT_A_TIME: usize = 4096;
+
+/// The occupied cells, numbered in their order from zero on without a gap.
+pub(super) struct Numbered {
+    /// Number of the cell of each point.
+    pub(super) of_points: Vec<u32>,
+    /// How many cells there are.
+    pub(super) n_cells: usize,
+}
+
+impl Numbered {
+    /// By cells, or by keys in the order of the cells.
+    pub(super) fn by_sorting<K: Ord + Copy + Send + Sync>(
+        points: &[Point],
+        key: impl Fn(&Point) -> K + Send + Sync,
+    ) -> Numbered {
+        let mut members: Vec<(K, u32)> = points.par_iter().map(key).zip(0..number(points.len())).collect();
+        members.par_sort_unstable();
+        let mut numbered = Numbered { of_points: vec![0; points.len()], n_cells: 0 };
+        for members in members.chunk_by(|a, b| a.0 == b.0) {
+            members.iter().for_each(|&(_, i)| numbered.of_points[i as usize] = number(numbered.n_cells));
+            numbered.n_cells += 1;
+        }
+        numbered
+    }
+}
+
+fn number(n: usize) -> u32 {
+    u32::try_from(n).expect("a cloud has fewer than 2^32 points")
+}
+
+/// How many different keys there are.
+pub(super) fn distinct<K: Ord + Send + Sync>(points: &[Point], key: impl Fn(&Point) -> K + Send + Sync) -> usize {
+    let mut keys: Vec<K> = points.par_iter().map(key).collect();
+    keys.par_sort_unstable();
+    keys.chunk_by(|a, b| a == b).count()
+}
+
+/// A bit for each key that there can be: whether there is one.
+pub(super) struct Marks(Vec<u64>);
+
+impl Marks {
+    /// Of keys below `n_keys`.
+    pub(super) fn new(keys: &[u32], n_keys: usize) -> Marks {
+        let mut words = vec![0u64; n_keys.div_ceil(64)];
+        for key in keys {
+            words[(key / 64) as usize] |= 1 << (key % 64);
+        }
+        Marks(words)
+    }
+
+    /// How many different keys there are.
+    pub(super) fn count(&self) -> usize {
+        self.0.iter().map(|word| word.count_ones() as usize).sum()
+    }
+
+    /// Numbers the keys, which take the place of their points.
+    pub(super) fn numbered(&self, mut keys: Vec<u32>) -> Numbered {
+        let mut n_cells = 0;
+        let until_now = |word: &u64| {
+            let before = n_cells;
+            n_cells += word.count_ones();
+            before
+        };
+        let before: Vec<u32> = self.0.iter().map(until_now).collect();
+        keys.par_chunks_mut(KEYS_AT_A_TIME).for_each(|keys| number_keys(keys, &self.0, &before));
+        Numbered { of_points: keys, n_cells: n_cells as usize }
+    }
+}
+
+/// Replaces each key by how many marks are before its own. `before` says it for the first key of each word.
+#[multiversion(targets("x86_64+popcnt", "aarch64+neon"))]
+fn number_keys(keys: &mut [u32], words: &[u64], before: &[u32]) {
+    for key in keys {
+        let (word, bit) = ((*key / 64) as usize, *key % 64);
+        *key = before[word] + (words[word] & ((1 << bit) - 1)).count_ones();
+    }
+}
