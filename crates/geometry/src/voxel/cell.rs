@@ -66,7 +66,16 @@ fn small_keys(points: &[Point], leaf: f64, low: [f64; 3], shifts: [u32; 3], keys
     for (key, point) in keys.iter_mut().zip(points) {
         // Below 2⁵³, so the difference is exact.
         let steps: [u32; 3] =
-            std::array::from_fn(|axis| ((f64::from(point[axis]) / leaf).floor() - low[axis]) as i32 as u32);
+            std::array::from_fn(|axis| whole((f64::from(point[axis]) / leaf).floor() - low[axis]) as u32);
         *key = steps[0] << shifts[0] | steps[1] << shifts[1] | steps[2];
     }
+}
+
+/// A number to which smaller whole ones are added, so that the last bits are theirs.
+const BEYOND: f64 = (1u64 << 52) as f64;
+
+/// A whole number from 0 to below 2⁵² as an integer; unlike a cast it is made for many numbers side by side.
+#[inline(always)]
+pub(super) fn whole(number: f64) -> u64 {
+    (number + BEYOND).to_bits() - BEYOND.to_bits()
 }

@@ -1,7 +1,7 @@
 //! The means of the points in each cell, and of their normals.
 
 use super::Sample;
-use super::cell::cell;
+use super::cell::{cell, whole};
 use super::numbered::Numbered;
 use crate::{Point, narrow};
 use multiversion::multiversion;
@@ -105,15 +105,11 @@ fn sum_normals(normals: &[Point], some: Range<usize>, cells: &Numbered, per_unit
     }
 }
 
-/// A number to which smaller ones are added, so that the last bits are theirs.
-const WHOLE: f64 = (1u64 << 52) as f64;
-
 /// For each coordinate how many steps it is beyond the corner of its cell.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
 fn steps_within(coordinates: &[f32], leaf: f64, per_side: f64, steps: &mut [u64]) {
     for (steps, &v) in steps.iter_mut().zip(coordinates) {
         let place = f64::from(v) / leaf;
-        let beyond = ((place - place.floor()) * per_side).floor();
-        *steps = (beyond + WHOLE).to_bits() - WHOLE.to_bits();
+        *steps = whole(((place - place.floor()) * per_side).floor());
     }
 }
