@@ -7,6 +7,8 @@ use std::hash::BuildHasher;
 
 /// About so many points are compared with each other at a time: their table stays in the cache.
 const POINTS_OF_A_PART: usize = 1 << 15;
+/// The lowest bits of a hash that tell most points of a part from all others: sixteen times as many as there are points.
+const SEEN_BITS: u32 = 19;
 /// Points that one thread hashes at a time.
 const HASHED_AT_A_TIME: usize = 1 << 14;
 /// A table of hashes picks its places by their lowest and highest bits; parts are made by bits between.
@@ -18,10 +20,43 @@ type Place = [u32; 3];
 /// Each point (position) at exactly the place of an earlier one, and the first one there; ascending. Points that are no numbers are
 /// nowhere.
 pub(crate) fn repeated(points: &[Point]) -> Vec<(u32, u32)> {
-    let of_part = |known: &mut FxHashMap<Place, u32>, part: &[u32]| {
+    let parts = Parts::by_place(points);
+    let of_part = |comparison: &mut Comparison, part: &[u32]| comparison.repeated(points, part);
+    let mut found: Vec<(u32, u32)> =
+        parts.all().into_par_iter().map_init(Comparison::default, of_part).flatten_iter().collect();
+    found.par_sort_unstable();
+    found
+}
+
+/// What is used again from one part to the next.
+#[derive(Default)]
+struct Comparison {
+    /// A bit for the hashes of points that agree in their lowest bits: whether there is one …
+    seen: Vec<u64>,
+    /// … and whether there are two.
+    seen_twice: Vec<u64>,
+    known: FxHashMap<Place, u32>,
+}
+
+impl Comparison {
+    /// Only the few points whose hash may be that of another one are looked up in a table.
+    fn repeated(&mut self, points: &[Point], part: &[u32]) -> Vec<(u32, u32)> {
+        let Comparison { seen, seen_twice, known } = self;
+        for bits in [&mut *seen, &mut *seen_twice] {
+            bits.clear();
+            bits.resize(1 << (SEEN_BITS - 6), 0);
+        }
+        let hashes: Vec<u32> =
+            part.iter().map(|&i| hash(&points[i as usize]) as u32 & ((1 << SEEN_BITS) - 1)).collect();
+        for hash in &hashes {
+            let (word, bit) = ((hash / 64) as usize, 1 << (hash % 64));
+            seen_twice[word] |= seen[word] & bit;
+            seen[word] |= bit;
+        }
+        let is_alone = |hash: u32| seen_twice[(hash / 64) as usize] >> (hash % 64) & 1 == 0;
         known.clear();
         let mut found = Vec::new();
-        for &i in part {
+        for (&i, _) in part.iter().zip(&hashes).filter(|(_, hash)| !is_alone(**hash)) {
             let point = points[i as usize];
             let first = *known.entry(place(&point)).or_insert(i);
             if first != i && !point[0].is_nan() {
@@ -29,12 +64,11 @@ pub(crate) fn repeated(points: &[Point]) -> Vec<(u32, u32)> {
             }
         }
         found
-    };
-    let parts = Parts::by_place(points);
-    let mut found: Vec<(u32, u32)> =
-        parts.all().into_par_iter().map_init(FxHashMap::default, of_part).flatten_iter().collect();
-    found.par_sort_unstable();
-    found
+    }
+}
+
+fn hash(point: &Point) -> u64 {
+    FxBuildHasher.hash_one(place(point))
 }
 
 /// Adding zero turns −0 into +0, so that equal numbers have equal bits.
@@ -52,7 +86,7 @@ struct Parts {
 impl Parts {
     fn by_place(points: &[Point]) -> Parts {
         let n_parts = points.len().div_ceil(POINTS_OF_A_PART).next_power_of_two();
-        let part = |point: &Point| (FxBuildHasher.hash_one(place(point)) >> MIDDLE_BITS) as usize & (n_parts - 1);
+        let part = |point: &Point| (hash(point) >> MIDDLE_BITS) as usize & (n_parts - 1);
         if n_parts == 1 {
             return Parts { order: (0..points.len() as u32).collect(), ends: vec![points.len()] };
         }
