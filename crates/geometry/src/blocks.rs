@@ -45,16 +45,12 @@ impl Block {
     }
 }
 
-/// Copies a short run by whole lanes, which is faster than a call; what is written beyond its end means nothing.
+/// Copies a run; a short one as whole lanes, which is faster than a call. What is written beyond its end means nothing.
 #[inline]
 fn copy_run(column: &[f32], run: Range<usize>, to: &mut [f32]) {
-    let lanes = column[run.start..].chunks(LANES).zip(to.chunks_mut(LANES)).take(run.len().div_ceil(LANES));
-    for (from, to) in lanes {
-        match (from.first_chunk::<LANES>(), to.first_chunk_mut::<LANES>()) {
-            (Some(from), Some(to)) => *to = *from,
-            // The last points of all.
-            _ => to[..from.len()].copy_from_slice(from),
-        }
+    match (column[run.start..].first_chunk::<LANES>(), to.first_chunk_mut::<LANES>()) {
+        (Some(from), Some(to)) if run.len() <= LANES => *to = *from,
+        _ => to[..run.len()].copy_from_slice(&column[run]),
     }
 }
 
