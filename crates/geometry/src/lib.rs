@@ -13,6 +13,7 @@ mod fit;
 mod following;
 mod grid;
 mod index;
+pub mod lanes;
 mod length;
 mod mesh;
 mod nearest_table;

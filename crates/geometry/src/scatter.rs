@@ -2,6 +2,7 @@
 
 use crate::blocks::{Column, LANES};
 use crate::eigen::{MATRICES, Smallest, Triangles, smallest_eigen};
+use crate::lanes::{dot, sum};
 use crate::{OuterSum, Point, PointNormal, SortedEigen, narrow, sorted_eigen, wide};
 use multiversion::multiversion;
 use nalgebra::{Matrix3, Vector3};
@@ -188,47 +189,6 @@ fn summed(n: u32, [xs, ys, zs]: [&[[f64; LANES]]; 3]) -> Scatter {
     Scatter {
         n: f64::from(n),
         sum: Vector3::new(sum(xs), sum(ys), sum(zs)),
-        squares: OuterSum::of([
-            products(xs, xs),
-            products(xs, ys),
-            products(xs, zs),
-            products(ys, ys),
-            products(ys, zs),
-            products(zs, zs),
-        ]),
+        squares: OuterSum::of([dot(xs, xs), dot(xs, ys), dot(xs, zs), dot(ys, ys), dot(ys, zs), dot(zs, zs)]),
     }
-}
-
-#[inline(always)]
-fn sum(a: &[[f64; LANES]]) -> f64 {
-    let mut sums = [0.0; LANES];
-    for a in a {
-        for lane in 0..LANES {
-            sums[lane] += a[lane];
-        }
-    }
-    across(sums)
-}
-
-#[inline(always)]
-fn products(a: &[[f64; LANES]], b: &[[f64; LANES]]) -> f64 {
-    let mut sums = [0.0; LANES];
-    for (a, b) in a.iter().zip(b) {
-        for lane in 0..LANES {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    across(sums)
-}
-
-#[inline(always)]
-fn across(mut sums: [f64; LANES]) -> f64 {
-    let mut width = LANES / 2;
-    while width > 0 {
-        for lane in 0..width {
-            sums[lane] += sums[lane + width];
-        }
-        width /= 2;
-    }
-    sums[0]
 }

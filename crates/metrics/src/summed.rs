@@ -2,6 +2,7 @@
 
 use crate::{Evidence, Kernel, Score};
 use congruent_geometry::RigidTransform;
+use congruent_geometry::lanes::across;
 use multiversion::multiversion;
 
 /// Pairs whose gains are added side by side.
@@ -111,14 +112,7 @@ fn total<K: Kernel>(kernel: &K, pose: &Rows, evidence: &Evidence) -> f32 {
     for lane in 0..px.1.len() {
         sums[lane] += kernel.gain(residuals_sq[lane]);
     }
-    let mut width = LANES / 2;
-    while width > 0 {
-        for lane in 0..width {
-            sums[lane] += sums[lane + width];
-        }
-        width /= 2;
-    }
-    sums[0]
+    across(sums)
 }
 
 #[inline(always)]

@@ -1,5 +1,6 @@
 //! Touching points side by side: what is computed of one pair is computed of many at once.
 
+use congruent_geometry::lanes;
 use multiversion::multiversion;
 use nalgebra::Matrix3;
 
@@ -126,37 +127,13 @@ pub(crate) fn place_each(points: &Vectors, rotation: &[[f64; 3]; 3], shift: &[f6
 /// The sum of a column.
 #[inline(always)]
 pub(crate) fn sum(a: &Column) -> f64 {
-    let mut sums = [0.0; LANES];
-    for a in a.as_chunks::<LANES>().0 {
-        for lane in 0..LANES {
-            sums[lane] += a[lane];
-        }
-    }
-    across(sums)
+    lanes::sum(a.as_chunks::<LANES>().0)
 }
 
 /// The sum of the products of two columns.
 #[inline(always)]
 pub(crate) fn dot(a: &Column, b: &Column) -> f64 {
-    let mut sums = [0.0; LANES];
-    for (a, b) in a.as_chunks::<LANES>().0.iter().zip(b.as_chunks::<LANES>().0) {
-        for lane in 0..LANES {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    across(sums)
-}
-
-#[inline(always)]
-fn across(mut sums: [f64; LANES]) -> f64 {
-    let mut width = LANES / 2;
-    while width > 0 {
-        for lane in 0..width {
-            sums[lane] += sums[lane + width];
-        }
-        width /= 2;
-    }
-    sums[0]
+    lanes::dot(a.as_chunks::<LANES>().0, b.as_chunks::<LANES>().0)
 }
 
 /// The product of two columns, pair by pair.
