@@ -49,6 +49,25 @@ impl<const BIG_ENDIAN: bool> Numbers for Binary<'_, BIG_ENDIAN> {
         Ok(())
     }
 
+    fn points(
+        &mut self,
+        properties: &[Property],
+        columns: &[Option<usize>],
+        n: usize,
+        points: &mut Vec<[f64; 3]>,
+    ) -> usize {
+        let Some(layout) = Layout::of(properties, columns) else { return 0 };
+        let Some(at) = layout.floats_in_a_row() else { return 0 };
+        let records = self.left.chunks_exact(layout.stride).take(n);
+        let read = records.len();
+        points.extend(records.map(|record| {
+            let [x, y, z] = *record[at..].as_chunks::<4>().0.first_chunk().expect("a record holds its coordinates");
+            [x, y, z].map(|float| if BIG_ENDIAN { f32::from_be_bytes(float) } else { f32::from_le_bytes(float) }.into())
+        }));
+        self.left = &self.left[read * layout.stride..];
+        read
+    }
+
     fn records(
         &mut self,
         properties: &[Property],
@@ -62,17 +81,10 @@ impl<const BIG_ENDIAN: bool> Numbers for Binary<'_, BIG_ENDIAN> {
         let number = |record: &[u8], at: usize, kind: &ScalarType| {
             Binary::<BIG_ENDIAN>::new(&record[at..]).number(kind).expect("a record holds all its numbers")
         };
-        if let Some(coordinates) = layout.float_coordinates() {
-            for record in records {
-                let [x, y, z] = coordinates.map(|at| number(record, at, &ScalarType::Float));
-                visit([x, y, z, 0.0, 0.0, 0.0]);
-            }
-        } else {
-            for record in records {
-                let mut row = Row::default();
-                layout.numbers.iter().for_each(|(at, kind, column)| row[*column] = number(record, *at, kind));
-                visit(row);
-            }
+        for record in records {
+            let mut row = Row::default();
+            layout.numbers.iter().for_each(|(at, kind, column)| row[*column] = number(record, *at, kind));
+            visit(row);
         }
         self.left = &self.left[read * layout.stride..];
         read
@@ -105,13 +117,13 @@ impl Layout {
         (layout.stride > 0).then_some(layout)
     }
 
-    /// Where the coordinates are, if they are all that is wanted and floats: as in most files.
-    fn float_coordinates(&self) -> Option<[usize; 3]> {
-        let mut coordinates = [0; 3];
-        for (at, kind, column) in &self.numbers {
-            *coordinates.get_mut(*column).filter(|_| *kind == ScalarType::Float)? = *at;
-        }
-        Some(coordinates)
+    /// Where the coordinates are, if they are all that is wanted, and floats next to each other: as in most files.
+    fn floats_in_a_row(&self) -> Option<usize> {
+        let first = self.numbers.first()?.0;
+        let is_next = |(i, (at, kind, column)): (usize, &(usize, ScalarType, usize))| {
+            *kind == ScalarType::Float && *column == i && *at == first + 4 * i
+        };
+        (self.numbers.len() == 3 && self.numbers.iter().enumerate().all(is_next)).then_some(first)
     }
 }
 

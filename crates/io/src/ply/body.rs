@@ -15,6 +15,12 @@ pub(super) trait Numbers {
     /// Passes over the next `n` numbers.
     fn skip(&mut self, kind: &ScalarType, n: usize) -> Result<(), Stop>;
 
+    /// Reads whole records of which only the coordinates are wanted, at most `n`, and says how many; none where they do not lie
+    /// next to each other in every record.
+    fn points(&mut self, _: &[Property], _: &[Option<usize>], _n: usize, _points: &mut Vec<[f64; 3]>) -> usize {
+        0
+    }
+
     /// Reads whole records of plain numbers, at most `n`, and says how many; none where every number has to be looked for.
     fn records(&mut self, _: &[Property], _: &[Option<usize>], _n: usize, _visit: impl FnMut(Row)) -> usize {
         0
@@ -94,13 +100,14 @@ fn read_vertices<N: Numbers>(element: &Element, numbers: &mut N, scan: &mut RawS
     let n_reserved = element.count.min(numbers.room(&element.properties));
     let mut points = Vec::with_capacity(n_reserved);
     let mut normals = columns.normals.then(|| Vec::with_capacity(n_reserved));
+    let read = numbers.points(&element.properties, &columns.of_property, element.count, &mut points);
     let mut keep = |[x, y, z, nx, ny, nz]: Row| {
         points.push([x, y, z]);
         if let Some(normals) = &mut normals {
             normals.push([nx as f32, ny as f32, nz as f32]);
         }
     };
-    let read = numbers.records(&element.properties, &columns.of_property, element.count, &mut keep);
+    let read = read + numbers.records(&element.properties, &columns.of_property, element.count - read, &mut keep);
     each_record_from(read, element, numbers, |numbers, record| {
         let mut row = Row::default();
         for (property, column) in element.properties.iter().zip(&columns.of_property) {
