@@ -29,7 +29,8 @@ pub(crate) fn strongest(
     nodes: &[Node],
     candidates: &[Candidate],
     fates: &[Fate],
-    (poses, components): (&[RigidTransform], &[Vec<usize>]),
+    poses: &[RigidTransform],
+    components: &[Vec<usize>],
     settings: &Settings,
 ) -> Vec<usize> {
     let within = MAX_RESIDUAL * kept_residual(candidates, fates).unwrap_or(f64::INFINITY);
@@ -112,7 +113,7 @@ mod tests {
         let fates = vec![Fate::Unsupported; candidates.len()];
         let components = [vec![0, 1], vec![2, 3]];
         let poses = [RigidTransform::identity(); 4];
-        strongest(&nodes(4), &candidates, &fates, (&poses, &components), &Settings::new(1.0))
+        strongest(&nodes(4), &candidates, &fates, &poses, &components, &Settings::new(1.0))
     }
 
     #[test]
@@ -136,7 +137,7 @@ mod tests {
             candidates[2..].iter_mut().for_each(|c| c.touch.residual = residual);
             let fates = [Fate::Kept, Fate::Kept, Fate::Unsupported, Fate::Unsupported];
             let poses = [right; 4];
-            strongest(&nodes(4), &candidates, &fates, (&poses, &[vec![0, 1], vec![2, 3]]), &Settings::new(1.0))
+            strongest(&nodes(4), &candidates, &fates, &poses, &[vec![0, 1], vec![2, 3]], &Settings::new(1.0))
         };
         assert_eq!(joined(0.2), [2, 3]);
         assert!(joined(0.3).is_empty());

@@ -71,8 +71,8 @@ impl Graph<'_> {
     fn joined(&mut self, (mut solved, kept): (Settled, Vec<usize>)) -> Settled {
         self.contradicted(&solved, &kept);
         loop {
-            let layout = (solved.poses.as_slice(), solved.components.as_slice());
-            let bridge = bridges::strongest(self.nodes, self.candidates, &self.fates, layout, self.settings);
+            let (poses, components) = (&solved.poses, &solved.components);
+            let bridge = bridges::strongest(self.nodes, self.candidates, &self.fates, poses, components, self.settings);
             if bridge.is_empty() {
                 return solved;
             }

@@ -161,7 +161,8 @@ impl Collection {
     pub fn register<E>(
         &self,
         supply: Pair<&dyn Fn(Variant) -> Result<Arc<DescribedScan>, E>>,
-        (seed, prior): (u64, &Prior),
+        seed: u64,
+        prior: &Prior,
         observe: &dyn Fn(Stage),
     ) -> Result<Registration, E> {
         let config = PipelineConfig { seed, ..self.config.clone() };
@@ -355,7 +356,7 @@ mod tests {
         let collection = Collection::new(&summaries, &config).unwrap();
         let source = |variant| Ok::<_, Infallible>(Arc::new(collection.describe(&scans.source, variant)));
         let target = |variant| Ok::<_, Infallible>(Arc::new(collection.describe(&scans.target, variant)));
-        let Ok(one) = collection.register(Pair { source: &source, target: &target }, (5, &Prior::default()), &|_| {});
+        let Ok(one) = collection.register(Pair { source: &source, target: &target }, 5, &Prior::default(), &|_| {});
         let other = register(&scans.source, &scans.target, &config, &|_| {});
         assert_eq!(one.verdict, Verdict::Ok);
         assert_eq!((one.target_from_source, one.counts), (other.target_from_source, other.counts));

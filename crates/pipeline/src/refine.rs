@@ -27,7 +27,7 @@ pub fn refine(
     let mut clock = Clock::new(observe);
     let bounds = prior.bounds(&origins);
     let mut only =
-        attempt(&scans, (&bounds, Proposals::Guessed), config, Signs::Kept, &mut Memory::default(), &mut clock)
+        attempt(&scans, &bounds, Proposals::Guessed, config, Signs::Kept, &mut Memory::default(), &mut clock)
             .expect("an attempt with the signs as they are is made");
     let trace = std::mem::take(&mut only.trace);
     (only.registration(&origins, clock), trace)

@@ -53,7 +53,7 @@ pub fn register_traced(
     let mut clock = Clock::new(observe);
     let mut memory = Memory::default();
     let Ok(mut best) = escalated(config, &mut clock, |config, signs, clock| {
-        Ok::<_, Infallible>(attempt(&scans, (&bounds, Proposals::Searched), config, signs, &mut memory, clock))
+        Ok::<_, Infallible>(attempt(&scans, &bounds, Proposals::Searched, config, signs, &mut memory, clock))
     });
     let trace = std::mem::take(&mut best.trace);
     (best.registration(&scans.into_map(|scan| *scan.origin()), clock), trace)
@@ -105,7 +105,7 @@ pub fn register_tried(source: &Scan, target: &Scan, config: &PipelineConfig, eno
     let (mut clock, mut memory) = (Clock::new(&|_| ()), Memory::default());
     let mut tried = Vec::new();
     for (changed, signs) in config.attempts() {
-        let made = attempt(&scans, (&bounds, Proposals::Searched), &changed, signs, &mut memory, &mut clock);
+        let made = attempt(&scans, &bounds, Proposals::Searched, &changed, signs, &mut memory, &mut clock);
         let Some(Attempt { outcome: Ok(answer), .. }) = made else { continue };
         tried.push(Tried {
             target_from_source: uncentred(&answer.target_from_source, &origins.source, &origins.target),
@@ -132,7 +132,8 @@ pub(crate) struct Attempt {
 /// One run of the chain; `None` where it would only repeat an earlier one.
 pub(crate) fn attempt(
     scans: &Pair<&Scan>,
-    (bounds, proposals): (&Bounds, Proposals),
+    bounds: &Bounds,
+    proposals: Proposals,
     config: &PipelineConfig,
     signs: Signs,
     memory: &mut Memory,

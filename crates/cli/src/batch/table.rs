@@ -107,8 +107,8 @@ fn pairs(Columns { names, rows }: &Columns) -> Result<Vec<Line>> {
         let pose = |columns: &[usize], what: &str| {
             pose(&columns.iter().map(|&at| fields[at].as_str()).collect::<Vec<_>>(), what, *number)
         };
-        let poses = (pose(&truth, TRUE_POSE)?, pose(&guess, INITIAL_POSE)?);
-        line((text(source), text(target), id.map(text)), poses, *number)
+        let (truth, guess) = (pose(&truth, TRUE_POSE)?, pose(&guess, INITIAL_POSE)?);
+        Written { id: id.map(text), source: text(source), target: text(target), truth, guess }.checked(*number)
     };
     rows.iter().map(row).collect()
 }
@@ -140,21 +140,30 @@ fn jsonl(text: &str) -> Result<Vec<Line>> {
         let pose = |rows: Option<[[f64; 4]; 4]>, what: &str| {
             rows.map(|rows| rigid(rows[..3].as_flattened(), what, number)).transpose()
         };
-        line((source, target, id), (pose(truth, TRUE_POSE)?, pose(init, INITIAL_POSE)?), number)
+        let (truth, guess) = (pose(truth, TRUE_POSE)?, pose(init, INITIAL_POSE)?);
+        Written { id, source, target, truth, guess }.checked(number)
     })
     .collect()
 }
 
-fn line(
-    (source, target, id): (String, String, Option<String>),
-    (truth, guess): (Option<Pose>, Option<Pose>),
-    number: usize,
-) -> Result<Line> {
-    if source.is_empty() || target.is_empty() || id.as_ref().is_some_and(String::is_empty) {
-        bail!("line {number}: source, target and id may not be empty");
+/// What a line says, in either format.
+struct Written {
+    id: Option<String>,
+    source: String,
+    target: String,
+    truth: Option<Pose>,
+    guess: Option<Pose>,
+}
+
+impl Written {
+    fn checked(self, number: usize) -> Result<Line> {
+        let Written { id, source, target, truth, guess } = self;
+        if source.is_empty() || target.is_empty() || id.as_ref().is_some_and(String::is_empty) {
+            bail!("line {number}: source, target and id may not be empty");
+        }
+        let n_skewed = [truth, guess].into_iter().flatten().filter(|pose| pose.is_skewed).count();
+        Ok(Line { id, source, target, truth: truth.map(|t| t.nearest), guess: guess.map(|g| g.nearest), n_skewed })
     }
-    let n_skewed = [truth, guess].into_iter().flatten().filter(|pose| pose.is_skewed).count();
-    Ok(Line { id, source, target, truth: truth.map(|t| t.nearest), guess: guess.map(|g| g.nearest), n_skewed })
 }
 
 #[derive(Clone, Copy)]

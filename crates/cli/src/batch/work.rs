@@ -120,7 +120,7 @@ impl Work<'_> {
         second?;
         let prior = job.guess.map(Prior::guess).unwrap_or_default();
         let collection = self.survey.collection.as_ref().expect("usable scans make a collection");
-        Ok((collection.register(Pair { source: &source, target: &target }, (seed, &prior), observe)?, centre))
+        Ok((collection.register(Pair { source: &source, target: &target }, seed, &prior, observe)?, centre))
     }
 }
 

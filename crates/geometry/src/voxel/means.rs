@@ -22,7 +22,7 @@ const CELLS_AT_A_TIME: usize = 1024;
 /// Of each cell, in their order.
 pub(super) fn means(points: &[Point], normals: Option<&[Point]>, leaf: f64, cells: &Numbered) -> Sample {
     let per_unit = 2f64.powi(STEP_BITS.min((points.len() as u64).leading_zeros() - 1) as i32);
-    let sums = summed(cells, |some, sums: &mut [Sum]| sum_points(points, some, cells, (leaf, per_unit), sums));
+    let sums = summed(cells, |some, sums: &mut [Sum]| sum_points(points, some, cells, leaf, per_unit, sums));
     let centroid = |sum: &Sum| {
         let corner = cell(&points[sum.member as usize], leaf).map(|c| c as f64);
         narrow(&Vector3::from_fn(|k, _| (corner[k] + sum.steps[k] as f64 / per_unit / f64::from(sum.n)) * leaf))
@@ -86,7 +86,7 @@ fn summed<S: Add + Clone + Default + Send>(cells: &Numbered, sum: impl Fn(Range<
     (0..n_parts).into_par_iter().map(of_part).reduce_with(both).unwrap_or_default()
 }
 
-fn sum_points(points: &[Point], some: Range<usize>, cells: &Numbered, (leaf, per_side): (f64, f64), sums: &mut [Sum]) {
+fn sum_points(points: &[Point], some: Range<usize>, cells: &Numbered, leaf: f64, per_side: f64, sums: &mut [Sum]) {
     let mut steps = [[0; 3]; CUT_AT_A_TIME];
     for start in some.clone().step_by(CUT_AT_A_TIME) {
         let some = start..some.end.min(start + CUT_AT_A_TIME);

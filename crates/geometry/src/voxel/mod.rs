@@ -97,6 +97,19 @@ mod tests {
     }
 
     #[test]
+    fn the_number_of_threads_does_not_matter() {
+        let mut stream = Stream::new(7, 0);
+        let mut vector = || -> Point { std::array::from_fn(|_| stream.between(-1.0, 1.0) as f32) };
+        let points: Vec<Point> = (0..60_000).map(|_| vector()).collect();
+        let normals: Vec<Point> = (0..60_000).map(|_| vector()).collect();
+        let on_threads = |n| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+            pool.install(|| voxel_centroids(&points, Some(&normals), 0.1))
+        };
+        assert_eq!(on_threads(1), on_threads(3));
+    }
+
+    #[test]
     fn a_huge_or_tiny_leaf_is_fine() {
         let points = cloud();
         assert_eq!(voxel_centroids(&points, None, 1e-9).points.len(), points.len());
