@@ -1,10 +1,13 @@
 //! Exact neighbour search.
 
 use crate::Point;
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use kiddo::leaf_strategy::FlatVec;
+use kiddo::{Eytzinger, KdTree, SquaredEuclidean};
 use std::num::NonZero;
 
-type Tree = ImmutableKdTree<f32, 3>;
+/// Points in a leaf; half as many take longer to build, twice as many longer to ask.
+const LEAF: usize = 64;
+type Tree = KdTree<f32, u32, Eytzinger, FlatVec<f32, u32, 3, LEAF>, 3, LEAF>;
 type Squared = SquaredEuclidean<f32>;
 
 /// Parts of the tree with so many points or more are built side by side.

@@ -58,21 +58,32 @@ impl Marks {
 
     /// How many different keys there are.
     pub(super) fn count(&self) -> usize {
-        self.0.iter().map(|word| word.count_ones() as usize).sum()
+        count(&self.0)
     }
 
     /// Numbers the keys, which take the place of their points.
     pub(super) fn numbered(&self, mut keys: Vec<u32>) -> Numbered {
-        let mut n_cells = 0;
-        let until_now = |word: &u64| {
-            let before = n_cells;
-            n_cells += word.count_ones();
-            before
-        };
-        let before: Vec<u32> = self.0.iter().map(until_now).collect();
+        let mut before = vec![0; self.0.len()];
+        let n_cells = count_before(&self.0, &mut before) as usize;
         keys.par_chunks_mut(KEYS_AT_A_TIME).for_each(|keys| number_keys(keys, &self.0, &before));
-        Numbered { of_points: keys, n_cells: n_cells as usize }
+        Numbered { of_points: keys, n_cells }
     }
+}
+
+#[multiversion(targets("x86_64+popcnt", "aarch64+neon"))]
+fn count(words: &[u64]) -> usize {
+    words.iter().map(|word| word.count_ones() as usize).sum()
+}
+
+/// How many marks are before each word, and in all of them.
+#[multiversion(targets("x86_64+popcnt", "aarch64+neon"))]
+fn count_before(words: &[u64], before: &mut [u32]) -> u32 {
+    let mut n = 0;
+    for (before, word) in before.iter_mut().zip(words) {
+        *before = n;
+        n += word.count_ones();
+    }
+    n
 }
 
 /// Replaces each key by how many marks are before its own. `before` says it for the first key of each word.
