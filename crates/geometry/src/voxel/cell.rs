@@ -1,7 +1,6 @@
 //! The cells of a voxel grid, by their numbers.
 
 use crate::Point;
-use crate::bounds::bounds;
 use multiversion::multiversion;
 use rayon::prelude::*;
 
@@ -28,9 +27,10 @@ pub(super) struct Packing {
 }
 
 impl Packing {
-    pub(super) fn of(points: &[Point], leaf: f64) -> Option<Packing> {
-        let (low, high) = Some(bounds(points)).filter(|_| !points.is_empty())?;
-        let (low, high) = (cell(&low, leaf), cell(&high, leaf));
+    /// Of a cloud between two corners; no points have none.
+    pub(super) fn of((low, high): &(Point, Point), leaf: f64) -> Option<Packing> {
+        let corners = Some((low, high)).filter(|(low, high)| low[0] <= high[0]);
+        let (low, high) = corners.map(|(low, high)| (cell(low, leaf), cell(high, leaf)))?;
         let bits = std::array::from_fn(|k| u64::BITS - high[k].abs_diff(low[k]).leading_zeros());
         (bits.iter().sum::<u32>() <= u64::BITS).then_some(Packing { low, bits })
     }

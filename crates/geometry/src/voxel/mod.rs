@@ -31,8 +31,9 @@ const MAX_BITS_PER_POINT: usize = 256;
 /// With 2³² points or more.
 #[must_use]
 pub fn voxel_centroids(points: &[Point], normals: Option<&[Point]>, leaf: f64) -> Sample {
-    let leaf = usable(points, leaf);
-    let numbered = match Packing::of(points, leaf) {
+    let corners = bounds(points);
+    let leaf = usable(&corners, leaf);
+    let numbered = match Packing::of(&corners, leaf) {
         Some(packing) => match packing.few_keys(MAX_BITS_PER_POINT * points.len()) {
             Some(n_keys) => {
                 let keys = packing.keys(points, leaf);
@@ -48,8 +49,9 @@ pub fn voxel_centroids(points: &[Point], normals: Option<&[Point]>, leaf: f64) -
 /// How many centroids there would be.
 #[must_use]
 pub fn voxel_count(points: &[Point], leaf: f64) -> usize {
-    let leaf = usable(points, leaf);
-    match Packing::of(points, leaf) {
+    let corners = bounds(points);
+    let leaf = usable(&corners, leaf);
+    match Packing::of(&corners, leaf) {
         Some(packing) => match packing.few_keys(MAX_BITS_PER_POINT * points.len()) {
             Some(n_keys) => Marks::new(&packing.keys(points, leaf), n_keys).count(),
             None => distinct(points, |p| packing.key(&cell(p, leaf))),
@@ -59,8 +61,7 @@ pub fn voxel_count(points: &[Point], leaf: f64) -> usize {
 }
 
 /// Finer cells could not be numbered.
-fn usable(points: &[Point], leaf: f64) -> f64 {
-    let (low, high) = bounds(points);
+fn usable((low, high): &(Point, Point), leaf: f64) -> f64 {
     let largest = (0..3).fold(0.0f32, |largest, axis| largest.max(-low[axis]).max(high[axis]));
     leaf.max(f64::from(largest) * 2f64.powi(-50))
 }
@@ -124,10 +125,11 @@ mod tests {
         for leaf in [1e-30, 1e-9, 1e-4, 0.3, 0.7, 1e9] {
             let sample = voxel_centroids(&points, None, leaf);
             assert_eq!(voxel_count(&points, leaf), sample.points.len());
-            let leaf = usable(&points, leaf);
+            let corners = bounds(&points);
+            let leaf = usable(&corners, leaf);
             let by_cell = Numbered::by_sorting(&points, |p| cell(p, leaf));
             assert_eq!(sample, means(&points, None, leaf, &by_cell), "{leaf}");
-            let by_key = Packing::of(&points, leaf)
+            let by_key = Packing::of(&corners, leaf)
                 .map(|packing| Numbered::by_sorting(&points, |p| packing.key(&cell(p, leaf))));
             assert!(by_key.is_none_or(|numbered| sample == means(&points, None, leaf, &numbered)), "{leaf}");
         }
