@@ -11,6 +11,8 @@ use std::ops::Range;
 
 /// Cells for each point at most, so that the table is not larger than the cloud; the cells grow instead.
 const MAX_CELLS_PER_POINT: f64 = 16.0;
+/// Cells at most: their numbers fit into 31 bits.
+const MAX_CELLS: f64 = (1u64 << 31) as f64;
 /// Share of a cell by which runs reach farther than asked, so that rounding loses no point.
 const SLACK: f32 = 1e-3;
 
@@ -34,7 +36,7 @@ impl Cells {
     #[must_use]
     pub fn new(points: &[Point], side: f64) -> Cells {
         let n = u32::try_from(points.len()).expect("a cloud has fewer than 2^32 points");
-        let grid = Grid::around(points, side, 0.0, MAX_CELLS_PER_POINT * f64::from(n) + 64.0);
+        let grid = Grid::around(points, side, 0.0, (MAX_CELLS_PER_POINT * f64::from(n) + 64.0).min(MAX_CELLS));
         let mut cells = vec![0; points.len()];
         let parts = cells.par_chunks_mut(POINTS_AT_A_TIME).zip(points.par_chunks(POINTS_AT_A_TIME));
         parts.for_each(|(cells, points)| number_cells(points, &grid, cells));
