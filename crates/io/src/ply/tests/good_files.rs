@@ -22,6 +22,30 @@ fn coordinates_of_every_type_are_read_in_every_encoding() {
 }
 
 #[test]
+fn coordinates_are_found_among_other_properties_in_any_order() {
+    let orders: [&[&str]; 5] = [
+        &["uchar red", "float x", "float y", "float z", "short group"],
+        &["float z", "float y", "float x", "double quality"],
+        &["float x", "uchar red", "float y", "float z"],
+        &["float x", "float y", "float z", "float nx"],
+        &["float x", "double y", "float z"],
+    ];
+    let value = |property: &str, record: f64| match property.split(' ').nth(1) {
+        Some("x") => 1.5 + record,
+        Some("y") => -2.25 * record,
+        Some("z") => 4.0,
+        _ => 7.0,
+    };
+    for (encoding, properties) in ENCODINGS.iter().flat_map(|e| orders.iter().map(move |order| (e, *order))) {
+        let mut vertices = Records::new("vertex", properties, &[]);
+        let record = |i| properties.iter().map(|property| vec![value(property, f64::from(i))]).collect();
+        vertices.records = (0..5).map(record).collect();
+        let expected: Vec<[f64; 3]> = (0..5).map(|i| [1.5 + f64::from(i), -2.25 * f64::from(i), 4.0]).collect();
+        assert_eq!(scan(&encoded(encoding, &[vertices])).unwrap().points, expected, "{encoding} {properties:?}");
+    }
+}
+
+#[test]
 fn signs_and_full_ranges_survive() {
     let rows =
         [("char", -128.0), ("short", -32768.0), ("ushort", 65535.0), ("int", -2147483648.0), ("uint", 4294967295.0)];
