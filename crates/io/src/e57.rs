@@ -3,23 +3,30 @@
 //! All scans of a file become one, each moved by its pose. `e57` parses; two things that would let it take memory
 //! without end are refused before.
 
+use crate::content::Content;
 use congruent_geometry::RawScan;
 use e57::{CartesianCoordinate, E57Reader, E57Writer, PointCloud, Record, RecordDataType, RecordValue, Transform};
-use std::io::Cursor;
+use std::io::{Cursor, Read, Seek};
 
-/// Where the header tells the length of the XML part.
-const XML_LENGTH: std::ops::Range<usize> = 32..40;
+/// Where the header has told the length of the XML part, in its last eight bytes.
+const XML_LENGTH_TOLD: u64 = 40;
 
 pub(crate) fn is_e57(file: &[u8]) -> bool {
     file.starts_with(b"ASTM-E57")
 }
 
-pub(crate) fn read(file: &[u8]) -> Result<RawScan, String> {
-    let xml_length = file.get(XML_LENGTH).and_then(|bytes| bytes.try_into().ok()).map(u64::from_le_bytes);
-    if xml_length.is_none_or(|length| length > file.len() as u64) {
-        return Err(format!("its description is longer than its {} bytes; it is cut short, copy it again", file.len()));
+pub(crate) fn read(mut file: Content) -> Result<RawScan, String> {
+    let mut head = Vec::new();
+    file.by_ref().take(XML_LENGTH_TOLD).read_to_end(&mut head).map_err(|error| error.to_string())?;
+    let xml_length = head.last_chunk().map(|bytes| u64::from_le_bytes(*bytes));
+    if head.len() as u64 != XML_LENGTH_TOLD || xml_length.is_none_or(|length| length > file.length()) {
+        return Err(format!(
+            "its description is longer than its {} bytes; it is cut short, copy it again",
+            file.length()
+        ));
     }
-    let mut reader = E57Reader::new(Cursor::new(file)).map_err(|error| way_out("header", &error))?;
+    file.rewind().map_err(|error| error.to_string())?;
+    let mut reader = E57Reader::new(file).map_err(|error| way_out("header", &error))?;
     let clouds = reader.pointclouds();
     let mut scan = RawScan::default();
     for (at, cloud) in (1..).zip(&clouds) {

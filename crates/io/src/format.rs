@@ -3,6 +3,7 @@
 //! A further format is one module with a test of the first bytes, a reader and a writer, a variant, and its row in each
 //! match.
 
+use crate::window::Window;
 use crate::{IoError, e57, las, obj, off, pcd, ply, stl, xyz};
 use congruent_geometry::RawScan;
 use std::path::Path;
@@ -56,11 +57,11 @@ impl Format {
     /// What is named when a format is not known.
     pub(crate) const SUPPORTED: &str = "PLY, OBJ, STL, OFF, PCD, XYZ, CSV, LAS, LAZ or E57";
 
-    /// The format of a file's content, whatever its name ends in.
+    /// The format of a file's first bytes, whatever its name ends in.
     ///
     /// The name settles what the content leaves open: an STL file of the wrong size, an OBJ file with unusual first
     /// lines.
-    pub(crate) fn recognise(path: &Path, bytes: &[u8]) -> Result<Format, IoError> {
+    pub(crate) fn recognise(path: &Path, file: &Window) -> Result<Format, IoError> {
         // Its lines look like points, but the first ten are a scanner's position and a pose.
         if extension(path).eq_ignore_ascii_case("ptx") {
             return Err(IoError::UnknownFormat {
@@ -69,7 +70,7 @@ impl Format {
                 supported: Format::SUPPORTED.into(),
             });
         }
-        let by_content = Format::BY_CONTENT.into_iter().find(|format| format.matches(bytes));
+        let by_content = Format::BY_CONTENT.into_iter().find(|format| format.matches(file));
         let by_name = || Format::asked_for(path).filter(|format| matches!(format, Format::Stl | Format::Obj));
         by_content.or_else(by_name).ok_or_else(|| IoError::UnknownFormat {
             path: path.to_owned(),
@@ -93,16 +94,16 @@ impl Format {
     }
 
     /// Reads a file of this format; `path` is for messages only.
-    pub(crate) fn read(self, path: &Path, bytes: &[u8]) -> Result<RawScan, IoError> {
+    pub(crate) fn read(self, path: &Path, mut file: Window) -> Result<RawScan, IoError> {
         let scan = match self {
-            Format::Ply => return ply::read(bytes).map_err(|fault| IoError::Ply { path: path.to_owned(), fault }),
-            Format::Pcd => pcd::read(bytes),
-            Format::Las | Format::Laz => las::read(bytes),
-            Format::E57 => e57::read(bytes),
-            Format::Off => off::read(bytes),
-            Format::Stl => stl::read(bytes),
-            Format::Obj => obj::read(bytes),
-            Format::Xyz | Format::Csv => xyz::read(bytes),
+            Format::Ply => return ply::read(&mut file).map_err(|fault| IoError::Ply { path: path.to_owned(), fault }),
+            Format::Xyz | Format::Csv => xyz::read(file),
+            Format::Pcd => file.rewound().map_err(|error| error.to_string()).and_then(pcd::read),
+            Format::Las | Format::Laz => file.rewound().map_err(|error| error.to_string()).and_then(las::read),
+            Format::E57 => file.rewound().map_err(|error| error.to_string()).and_then(e57::read),
+            Format::Off => off::read(&file.whole()),
+            Format::Stl => stl::read(&file.whole()),
+            Format::Obj => obj::read(&file.whole()),
         };
         scan.map_err(|what| IoError::Malformed { path: path.to_owned(), format: self.name(), what })
     }
@@ -154,14 +155,15 @@ impl Format {
         matches!(self, Format::Ply | Format::Pcd | Format::E57)
     }
 
-    fn matches(self, bytes: &[u8]) -> bool {
+    fn matches(self, file: &Window) -> bool {
+        let bytes = file.bytes();
         match self {
             Format::Ply => ply::is_ply(bytes),
             Format::Pcd => pcd::is_pcd(bytes),
             Format::Las | Format::Laz => las::is_las(bytes),
             Format::E57 => e57::is_e57(bytes),
             Format::Off => off::is_off(bytes),
-            Format::Stl => stl::is_stl(bytes),
+            Format::Stl => stl::is_stl(bytes, file.length()),
             Format::Obj => obj::is_obj(bytes),
             Format::Xyz | Format::Csv => xyz::is_xyz(bytes),
         }

@@ -5,8 +5,9 @@
 //! told from a whole one but by decoding it, and the decoder may stop at a broken promise: there, and only there, a panic
 //! is caught and becomes an error.
 
+use crate::content::Content;
 use congruent_geometry::RawScan;
-use std::io::Cursor;
+use std::io::{self, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// A LAZ file with more points in a byte is refused: real ones need a byte or more a point, and a damaged count must
@@ -18,30 +19,25 @@ const BLOCK: u64 = 1 << 14;
 const STEPS: f64 = 4e9;
 
 /// Offsets of numbers in the header, and the first version that has extended records.
-const MINOR_VERSION: usize = 25;
-const OFFSET_TO_POINTS: usize = 96;
-const N_EXTENDED: usize = 243;
-const N_EXTENDED_BYTES: usize = 4;
+const MINOR_VERSION: u64 = 25;
+const OFFSET_TO_POINTS: u64 = 96;
+const N_EXTENDED: std::ops::Range<u64> = 243..247;
 const FIRST_WITH_EXTENDED: u8 = 4;
 
 pub(crate) fn is_las(file: &[u8]) -> bool {
     file.starts_with(b"LASF")
 }
 
-pub(crate) fn read(file: &[u8]) -> Result<RawScan, String> {
-    let mut tidy = file.to_vec();
-    if file.get(MINOR_VERSION).is_some_and(|&minor| minor >= FIRST_WITH_EXTENDED)
-        && let Some(n_extended) = tidy.get_mut(N_EXTENDED..N_EXTENDED + N_EXTENDED_BYTES)
-    {
-        n_extended.fill(0);
-    }
-    check_counts(&tidy)?;
-    let header = las::Header::new(Cursor::new(&tidy)).map_err(|error| way_out("header", &error))?;
+pub(crate) fn read(file: Content) -> Result<RawScan, String> {
+    let mut file = BufReader::new(Tidy::new(file).map_err(|error| way_out("header", &error))?);
+    check_counts(&mut file)?;
+    let header = las::Header::new(rewound(&mut file)?).map_err(|error| way_out("header", &error))?;
     if header.point_format().is_compressed {
-        check_compression(&header, &tidy)?;
+        check_compression(&header, &mut file)?;
     }
     let (promised, is_compressed) = (header.number_of_points(), header.point_format().is_compressed);
-    let mut reader = las::Reader::new(Cursor::new(tidy)).map_err(|error| way_out("header", &error))?;
+    rewound(&mut file)?;
+    let mut reader = las::Reader::new(file).map_err(|error| way_out("header", &error))?;
     let mut scan = RawScan::default();
     loop {
         let held = scan.points.len();
@@ -52,6 +48,50 @@ pub(crate) fn read(file: &[u8]) -> Result<RawScan, String> {
             return Ok(scan);
         }
         scan.points.extend(block.x().zip(block.y()).zip(block.z()).map(|((x, y), z)| [x, y, z]));
+    }
+}
+
+fn rewound(file: &mut BufReader<Tidy>) -> Result<&mut BufReader<Tidy>, String> {
+    file.rewind().map_err(|error| way_out("header", &error))?;
+    Ok(file)
+}
+
+/// A file that says it has no extended records.
+struct Tidy {
+    file: Content,
+    at: u64,
+    /// Which bytes read as zero.
+    zeros: std::ops::Range<u64>,
+}
+
+impl Tidy {
+    fn new(mut file: Content) -> io::Result<Tidy> {
+        file.seek(SeekFrom::Start(MINOR_VERSION))?;
+        let mut minor = [0];
+        let is_told = file.read(&mut minor)? > 0;
+        let zeros = if is_told && minor[0] >= FIRST_WITH_EXTENDED { N_EXTENDED } else { 0..0 };
+        file.rewind()?;
+        Ok(Tidy { file, at: 0, zeros })
+    }
+}
+
+impl Read for Tidy {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let n = self.file.read(into)?;
+        for (at, byte) in (self.at..).zip(&mut into[..n]).take_while(|(at, _)| *at < self.zeros.end) {
+            if self.zeros.contains(&at) {
+                *byte = 0;
+            }
+        }
+        self.at += n as u64;
+        Ok(n)
+    }
+}
+
+impl Seek for Tidy {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.at = self.file.seek(to)?;
+        Ok(self.at)
     }
 }
 
@@ -72,12 +112,13 @@ fn way_out(place: &str, error: &dyn std::fmt::Display) -> String {
 }
 
 /// Refuses more points than the file can hold; the same numbers as the parser will take.
-fn check_counts(file: &[u8]) -> Result<(), String> {
-    let raw = las::raw::Header::read_from(Cursor::new(file)).map_err(|error| way_out("header", &error))?;
+fn check_counts(file: &mut BufReader<Tidy>) -> Result<(), String> {
+    let length = file.get_ref().file.length();
+    let raw = las::raw::Header::read_from(rewound(file)?).map_err(|error| way_out("header", &error))?;
     let legacy = u64::from(raw.number_of_point_records);
     let promised = if legacy > 0 { legacy } else { raw.large_file.map_or(0, |large| large.number_of_point_records) };
     let is_compressed = raw.point_data_record_format & 0xC0 != 0;
-    let body = (file.len() as u64).saturating_sub(u64::from(raw.offset_to_point_data));
+    let body = length.saturating_sub(u64::from(raw.offset_to_point_data));
     let fits = if is_compressed {
         promised <= body.saturating_mul(MOST_POINTS_PER_BYTE)
     } else {
@@ -93,7 +134,7 @@ fn check_counts(file: &[u8]) -> Result<(), String> {
 }
 
 /// Refuses a compressed file whose own tables do not fit it.
-fn check_compression(header: &las::Header, file: &[u8]) -> Result<(), String> {
+fn check_compression(header: &las::Header, file: &mut BufReader<Tidy>) -> Result<(), String> {
     let vlr = header.laz_vlr().map_err(|error| way_out("LAZ record", &error))?;
     let record = u64::from(header.point_format().len());
     if vlr.items().is_empty() || vlr.items_size() != record {
@@ -103,16 +144,18 @@ fn check_compression(header: &las::Header, file: &[u8]) -> Result<(), String> {
             vlr.items_size()
         ));
     }
-    let number = |at: usize, n: usize| {
-        let bytes = file.get(at..at.checked_add(n)?)?;
-        Some(bytes.iter().rev().fold(0u64, |sum, &b| sum << 8 | u64::from(b)))
+    let length = file.get_ref().file.length();
+    let mut number = |at: u64, n: usize| {
+        let mut bytes = [0; 8];
+        file.seek(SeekFrom::Start(at)).and_then(|_| file.read_exact(&mut bytes[..n])).ok()?;
+        Some(u64::from_le_bytes(bytes))
     };
     // The table's place is written before the points, or at the very end where the writer could not go back.
-    let told = number(OFFSET_TO_POINTS, 4).and_then(|points| number(points as usize, 8));
-    let told = if told == Some(u64::MAX) { file.len().checked_sub(8).and_then(|at| number(at, 8)) } else { told };
-    let n_chunks = told.and_then(|at| number(usize::try_from(at).ok()?.checked_add(4)?, 4));
+    let told = number(OFFSET_TO_POINTS, 4).and_then(|points| number(points, 8));
+    let told = if told == Some(u64::MAX) { length.checked_sub(8).and_then(|at| number(at, 8)) } else { told };
+    let n_chunks = told.and_then(|at| number(at.checked_add(4)?, 4));
     match n_chunks {
-        Some(n_chunks) if n_chunks <= file.len() as u64 => Ok(()),
+        Some(n_chunks) if n_chunks <= length => Ok(()),
         _ => Err("its table of chunks is missing or does not fit it; it is cut short, copy or export it again".into()),
     }
 }

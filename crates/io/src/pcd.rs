@@ -3,9 +3,10 @@
 //! `pcd_rs` parses; it trusts the header's numbers with memory and with positions, so they are held against the size of
 //! the file before it sees a point.
 
+use crate::content::Content;
 use congruent_geometry::RawScan;
 use pcd_rs::{DataKind, DynReader, DynRecord, DynWriter, Field, PcdMeta, ValueKind, ViewPoint, WriterInit};
-use std::io::Cursor;
+use std::io::{BufReader, Cursor, Read, Seek};
 
 /// LZF writes at most 264 bytes for three.
 const MOST_EXPANSION: usize = 88;
@@ -26,10 +27,15 @@ pub(crate) fn is_pcd(file: &[u8]) -> bool {
     }
 }
 
-pub(crate) fn read(file: &[u8]) -> Result<RawScan, String> {
-    let mut body = Cursor::new(file);
-    let meta = PcdMeta::from_reader(&mut body).map_err(|error| format!("header: {}", way_out(&error)))?;
-    check_size(&meta, &file[body.position() as usize..])?;
+pub(crate) fn read(file: Content) -> Result<RawScan, String> {
+    let length = file.length();
+    let refused = |error: std::io::Error| error.to_string();
+    let mut file = BufReader::new(file);
+    let meta = PcdMeta::from_reader(&mut file).map_err(|error| format!("header: {}", way_out(&error)))?;
+    let start = file.stream_position().map_err(refused)?;
+    let mut sizes = Vec::new();
+    file.by_ref().take(8).read_to_end(&mut sizes).map_err(refused)?;
+    check_size(&meta, usize::try_from(length - start).unwrap_or(usize::MAX), &sizes)?;
     let columns = Columns::of(&meta)?;
 
     let mut scan = RawScan {
@@ -37,7 +43,8 @@ pub(crate) fn read(file: &[u8]) -> Result<RawScan, String> {
         viewpoint: viewpoint(&meta.viewpoint),
         ..RawScan::default()
     };
-    let records = DynReader::from_bytes(file).map_err(|error| way_out(&error))?;
+    file.rewind().map_err(refused)?;
+    let records = DynReader::from_reader(file).map_err(|error| way_out(&error))?;
     for (at, record) in (1..).zip(records) {
         let record = record.map_err(|error| format!("point {at} of {}: {}", meta.num_points, way_out(&error)))?;
         scan.points.push(columns.point.map(|column| first(&record.0[column])));
@@ -53,12 +60,13 @@ fn way_out(error: &pcd_rs::Error) -> String {
 }
 
 /// Refuses a header that promises more than the body can hold.
-fn check_size(meta: &PcdMeta, body: &[u8]) -> Result<(), String> {
+///
+/// `length` is the body's; `sizes` are its first bytes, where a compressed one says how long it is.
+fn check_size(meta: &PcdMeta, length: usize, sizes: &[u8]) -> Result<(), String> {
     let too_much = || {
         format!(
             "the header promises {} points, the file holds {} bytes after it; it is cut short, copy or export it again",
-            meta.num_points,
-            body.len()
+            meta.num_points, length
         )
     };
     let field_size = |count: u64, size: usize| usize::try_from(count).ok()?.checked_mul(size);
@@ -70,15 +78,15 @@ fn check_size(meta: &PcdMeta, body: &[u8]) -> Result<(), String> {
     let (bytes, words) = record.ok_or_else(too_much)?;
     match meta.data {
         // Each word is a character and a space or an end of line; the last one needs none.
-        DataKind::Ascii if needed(words).is_some_and(|n| n <= body.len().div_ceil(2)) => Ok(()),
-        DataKind::Binary if needed(bytes).is_some_and(|n| n <= body.len()) => Ok(()),
+        DataKind::Ascii if needed(words).is_some_and(|n| n <= length.div_ceil(2)) => Ok(()),
+        DataKind::Binary if needed(bytes).is_some_and(|n| n <= length) => Ok(()),
         DataKind::BinaryCompressed => {
             let size = |at: usize| {
-                let bytes = body.get(at..at + 4).and_then(|bytes| bytes.try_into().ok());
+                let bytes = sizes.get(at..at + 4).and_then(|bytes| bytes.try_into().ok());
                 bytes.map(|bytes| u32::from_le_bytes(bytes) as usize).ok_or_else(too_much)
             };
             let (compressed, uncompressed) = (size(0)?, size(4)?);
-            let possible = compressed <= body.len() - 8 && uncompressed <= compressed.saturating_mul(MOST_EXPANSION);
+            let possible = compressed <= length - 8 && uncompressed <= compressed.saturating_mul(MOST_EXPANSION);
             if needed(bytes) == Some(uncompressed) && possible { Ok(()) } else { Err(too_much()) }
         }
         _ => Err(too_much()),

@@ -1,7 +1,9 @@
 //! From a path to a scan.
 
 use crate::IoError;
+use crate::content::Content;
 use crate::format::Format;
+use crate::window::Window;
 use congruent_geometry::RawScan;
 use std::path::Path;
 
@@ -15,6 +17,8 @@ use std::path::Path;
 ///   three columns are x, y and z; the next three are normals where they have length one in every line.
 /// * LAS and LAZ: coordinates from scale and offset.
 /// * E57: all scans of the file, each moved by its pose, as one.
+///
+/// A PLY, PCD, XYZ, LAS or E57 file is never in memory as a whole, only its points are: 24 bytes each, 36 with a normal.
 ///
 /// [`RawScan::viewpoint`] comes from a PLY file's camera or comments (`view_px view_py view_pz`), from a PCD file's
 /// `VIEWPOINT` and from the pose of an E57 file's only scan, where these are not just the default.
@@ -44,12 +48,24 @@ use std::path::Path;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn read_scan(path: &Path) -> Result<RawScan, IoError> {
-    scan_from(path, &bytes_of(path)?)
+    scan_in(path, Content::open(path)?)
 }
 
 /// The scan in a file's content; `path` is for messages only.
+pub(crate) fn scan_in(path: &Path, content: Content) -> Result<RawScan, IoError> {
+    let failure = content.failure();
+    let window = Window::new(content);
+    let scan = Format::recognise(path, &window).and_then(|format| format.read(path, window));
+    match failure.take() {
+        Some(reason) => Err(IoError::Read { path: path.to_owned(), reason }),
+        None => scan,
+    }
+}
+
+/// The same of what is in memory.
+#[cfg(test)]
 pub(crate) fn scan_from(path: &Path, bytes: &[u8]) -> Result<RawScan, IoError> {
-    Format::recognise(path, bytes)?.read(path, bytes)
+    scan_in(path, Content::of(bytes.to_vec()))
 }
 
 /// A file's content, at least one byte.

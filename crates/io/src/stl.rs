@@ -12,8 +12,12 @@ const HEADER: usize = 84;
 const RECORD: usize = 50;
 
 /// Whether the size is exactly what the count of triangles asks for, or the text begins `solid` and has a facet.
-pub(crate) fn is_stl(file: &[u8]) -> bool {
-    n_promised(file).is_some_and(|n| file.len() == HEADER + RECORD * n) || is_text(file)
+pub(crate) fn is_stl(head: &[u8], length: u64) -> bool {
+    is_binary(head, length) || is_text(head)
+}
+
+fn is_binary(head: &[u8], length: u64) -> bool {
+    n_promised(head).is_some_and(|n| length == (HEADER + RECORD * n) as u64)
 }
 
 fn is_text(file: &[u8]) -> bool {
@@ -30,8 +34,7 @@ fn n_promised(file: &[u8]) -> Option<usize> {
 }
 
 pub(crate) fn read(file: &[u8]) -> Result<RawScan, String> {
-    let is_binary = n_promised(file).is_some_and(|n| file.len() == HEADER + RECORD * n);
-    if is_binary || !is_text(file) { read_binary(file) } else { read_text(file) }
+    if is_binary(file, file.len() as u64) || !is_text(file) { read_binary(file) } else { read_text(file) }
 }
 
 fn read_binary(file: &[u8]) -> Result<RawScan, String> {

@@ -1,12 +1,57 @@
 //! Lines and words of the text formats.
 
 use crate::error::excerpt;
+use crate::window::Window;
+
+/// What some editors begin a text with.
+const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// Lines counted from one, without white space around them. Ends are those of any system; a byte order mark is left out.
 pub(crate) fn lines(file: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
-    let file = file.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(file);
-    let end = if file.contains(&b'\n') { b'\n' } else { b'\r' };
+    let file = file.strip_prefix(BYTE_ORDER_MARK).unwrap_or(file);
+    let end = end_of_lines(file);
     (1..).zip(file.split(move |&b| b == end)).map(|(number, line)| (number, line.trim_ascii()))
+}
+
+fn end_of_lines(file: &[u8]) -> u8 {
+    if file.contains(&b'\n') { b'\n' } else { b'\r' }
+}
+
+/// The same lines of a file that is read on the way; the first part of it says how lines end.
+pub(crate) struct Lines {
+    file: Window,
+    end: u8,
+    /// Length of the line that was handed over last.
+    used: usize,
+    number: usize,
+}
+
+impl Lines {
+    pub(crate) fn of(mut file: Window) -> Self {
+        file.reach(BYTE_ORDER_MARK.len());
+        let used = if file.bytes().starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
+        Lines { end: end_of_lines(file.bytes()), file, used, number: 0 }
+    }
+
+    /// The next line and its number.
+    pub(crate) fn next(&mut self) -> Option<(usize, &[u8])> {
+        self.file.pass(self.used);
+        let mut searched = 0;
+        let length = loop {
+            let bytes = self.file.bytes();
+            match bytes[searched..].iter().position(|b| *b == self.end) {
+                Some(length) => break searched + length,
+                None => searched = bytes.len(),
+            }
+            if !self.file.more() {
+                break searched;
+            }
+        };
+        // Behind the last line there is nothing, not even its end.
+        self.used = (length + 1).min(self.file.bytes().len());
+        self.number += 1;
+        (self.used > 0).then(|| (self.number, self.file.bytes()[..length].trim_ascii()))
+    }
 }
 
 /// The part before a `#`, without white space around it.
@@ -46,4 +91,26 @@ pub(crate) fn three<'a>(words: &mut impl Iterator<Item = &'a [u8]>, line: usize)
 pub(crate) fn fan(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
     let rest = corners.get(1..).unwrap_or_default();
     rest.windows(2).map(|pair| [corners[0], pair[0], pair[1]])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::content::Content;
+
+    #[test]
+    fn lines_are_the_same_however_a_file_is_read() {
+        for text in ["", "a", "a\n", "\n\na b\r\nlonger than any block\n\n c ", "\u{feff}a\nb", "a\rb"] {
+            let expected: Vec<_> = lines(text.as_bytes()).filter(|(_, line)| !line.is_empty()).collect();
+            for block in [5, 6, 100] {
+                let mut lines = Lines::of(Window::of_blocks(Content::of(text.into()), block));
+                let mut found = Vec::new();
+                while let Some((number, line)) = lines.next() {
+                    found.extend((!line.is_empty()).then(|| (number, line.to_vec())));
+                }
+                let found: Vec<_> = found.iter().map(|(number, line)| (*number, line.as_slice())).collect();
+                assert_eq!(found, expected, "{text:?}, {block} bytes at a time");
+            }
+        }
+    }
 }

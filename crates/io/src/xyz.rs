@@ -7,6 +7,7 @@
 
 use crate::error::excerpt;
 use crate::text;
+use crate::window::Window;
 use congruent_geometry::RawScan;
 
 /// How far from one the length of a normal may be: what two printed digits can lose.
@@ -24,12 +25,16 @@ pub(crate) fn is_xyz(file: &[u8]) -> bool {
 }
 
 /// The points, and the normals if there are any.
-pub(crate) fn read(file: &[u8]) -> Result<RawScan, String> {
+pub(crate) fn read(file: Window) -> Result<RawScan, String> {
+    let mut lines = text::Lines::of(file);
     let mut delimiter = None;
     let mut scan = RawScan::default();
     let mut normals = Some(Vec::new());
     let mut has_header = false;
-    for (line, content) in data_lines(file) {
+    while let Some((line, content)) = lines.next() {
+        if !is_data(content) {
+            continue;
+        }
         if scan.points.is_empty() && is_count(content) {
             continue;
         }
@@ -96,7 +101,11 @@ fn unquoted(word: &[u8]) -> &[u8] {
 }
 
 fn data_lines(file: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
-    text::lines(file).filter(|(_, line)| !line.is_empty() && !line.starts_with(b"#") && !line.starts_with(b"//"))
+    text::lines(file).filter(|(_, line)| is_data(line))
+}
+
+fn is_data(line: &[u8]) -> bool {
+    !line.is_empty() && !line.starts_with(b"#") && !line.starts_with(b"//")
 }
 
 fn is_count(line: &[u8]) -> bool {

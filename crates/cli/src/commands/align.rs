@@ -14,7 +14,7 @@ use congruent_pipeline::{Pair, PipelineConfig, Prior, Registration, Stage, Trace
 use congruent_report::{PairReport, pair_page};
 use std::path::Path;
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// The verdict is `failed` or `ambiguous`.
 pub(super) const NOT_REGISTERED: u8 = 1;
@@ -22,13 +22,13 @@ pub(super) const NOT_REGISTERED: u8 = 1;
 pub(super) fn run(args: &AlignArgs) -> Result<ExitCode> {
     let prior = prior(&args.prior)?;
     let files = Pair { source: args.source.as_path(), target: args.target.as_path() };
-    let mut aligned = align(files, viewpoints(&args.viewpoints), &args.run, &|scans, config, observe| {
-        register_traced(scans, &prior, config, observe)
-    })?;
+    let registering: Registering<'_> = &|scans, config, observe| register_traced(scans, &prior, config, observe);
+    let mut aligned =
+        align(files, viewpoints(&args.viewpoints), &args.run, RawSource::wanted(&args.output), registering)?;
     let code = aligned.put(files, &args.output)?;
     if let Some(directory) = &args.save_stages {
         let trace = std::mem::take(&mut aligned.trace);
-        save(directory, trace, aligned.scans.as_ref().into_map(|loaded| &loaded.scan))?;
+        save(directory, trace, aligned.scans.as_ref())?;
     }
     Ok(code)
 }
@@ -40,11 +40,28 @@ pub(super) fn viewpoints(args: &ViewpointArgs) -> Pair<Option<[f64; 3]>> {
 
 /// Two scans, registered.
 pub(super) struct Aligned {
-    pub(super) scans: Pair<Loaded>,
+    pub(super) scans: Pair<Scan>,
+    /// The source with all that its file holds, if that was asked for.
+    raw_source: Option<RawScan>,
     pub(super) registration: Registration,
     pub(super) trace: Trace,
     pub(super) config: PipelineConfig,
     pub(super) report: Report,
+}
+
+/// What becomes of the source as its file has it: several times the memory of the cleaned scan.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum RawSource {
+    /// It is kept, to be written as aligned.
+    Kept,
+    /// It goes as soon as it is cleaned.
+    Dropped,
+}
+
+impl RawSource {
+    pub(super) fn wanted(args: &ResultArgs) -> RawSource {
+        if args.write_aligned.is_some() { RawSource::Kept } else { RawSource::Dropped }
+    }
 }
 
 /// From two scans to an answer.
@@ -61,7 +78,7 @@ impl Aligned {
     ) -> PairReport<'a> {
         PairReport {
             names: names.as_ref().into_map(String::as_str),
-            scans: self.scans.as_ref().into_map(|loaded| &loaded.scan),
+            scans: self.scans.as_ref(),
             registration: &self.registration,
             trace: &self.trace,
             config: &self.config,
@@ -85,8 +102,8 @@ impl Aligned {
             write_page(path, files, self, None)?;
         }
         if let Some(path) = &args.write_aligned {
-            match (&self.registration.verdict, &self.registration.target_from_source) {
-                (Verdict::Ok, Some(pose)) => write_moved(path, &self.scans.source.raw, pose)?,
+            match (&self.registration.verdict, &self.registration.target_from_source, &self.raw_source) {
+                (Verdict::Ok, Some(pose), Some(source)) => write_moved(path, source, pose)?,
                 _ => output::remark(&format!("{}: not written, because the scans were not registered", path.display())),
             }
         }
@@ -111,21 +128,25 @@ pub(super) fn align(
     files: Pair<&Path>,
     viewpoints: Pair<Option<[f64; 3]>>,
     run: &RunArgs,
+    raw_source: RawSource,
     registering: Registering<'_>,
 ) -> Result<Aligned> {
     let config = configuration::resolve(run)?;
     let start = Instant::now();
-    let (scans, (registration, trace), reading) =
-        on_threads(run.threads, || -> Result<(Pair<Loaded>, (Registration, Trace), Duration)> {
-            let scans = files.zip(viewpoints).map(|&(path, viewpoint)| load_seen_from(path, viewpoint)).both()?;
-            let reading = start.elapsed();
-            let progress = Progress::new();
-            let pair = scans.as_ref().into_map(|loaded| &loaded.scan);
-            let registration = registering(pair, &config, &|stage| progress.enter(stage));
-            Ok((scans, registration, reading))
-        })??;
+    let (scans, raw_source, (registration, trace), reading) = on_threads(run.threads, || -> Result<_> {
+        let keeps = Pair { source: raw_source == RawSource::Kept, target: false };
+        let loaded = files.zip(viewpoints).zip(keeps).map(|&((path, viewpoint), keeps)| -> Result<_> {
+            let Loaded { raw, scan } = load_seen_from(path, viewpoint)?;
+            Ok((scan, keeps.then_some(raw)))
+        });
+        let (scans, raw) = loaded.both()?.unzip();
+        let reading = start.elapsed();
+        let progress = Progress::new();
+        let registered = registering(scans.as_ref(), &config, &|stage| progress.enter(stage));
+        Ok((scans, raw.source, registered, reading))
+    })??;
     let report = Report::new(files, &config, &registration, reading, start.elapsed());
-    Ok(Aligned { scans, registration, trace, config, report })
+    Ok(Aligned { scans, raw_source, registration, trace, config, report })
 }
 
 /// JSON, or the matrix alone where the name asks for it.

@@ -1,6 +1,6 @@
 //! `congruent demo`: a first run that needs no data.
 
-use super::align::{Aligned, align, unbounded, write_moved, write_page};
+use super::align::{Aligned, RawSource, align, unbounded, write_moved, write_page};
 use crate::args::DemoArgs;
 use crate::output;
 use anyhow::{Context, Result};
@@ -38,7 +38,8 @@ pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
         100.0 * pair.overlap
     ));
 
-    let aligned = align(Pair { source: &source, target: &target }, Pair::default(), &args.run, &unbounded)?;
+    let aligned =
+        align(Pair { source: &source, target: &target }, Pair::default(), &args.run, RawSource::Dropped, &unbounded)?;
     output::data(&aligned.report.summary());
     write_file(&directory.join("result.json"), format!("{}\n", aligned.report.json()).as_bytes())?;
     let files = Pair { source: source.as_path(), target: target.as_path() };
@@ -56,7 +57,7 @@ pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
 
 /// Compares with the truth.
 fn judge(aligned: &Aligned, truth: &RigidTransform) -> bool {
-    let truth = GroundTruth::of_scans(aligned.scans.as_ref().map(|loaded| &loaded.scan), truth);
+    let truth = GroundTruth::of_scans(aligned.scans.as_ref(), truth);
     let Some(errors) = aligned.registration.target_from_source.as_ref().and_then(|pose| truth.errors(pose)) else {
         output::data("           truth  no pose to compare");
         return false;

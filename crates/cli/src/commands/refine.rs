@@ -1,6 +1,6 @@
 //! `congruent refine`: a rough pose in, an exact one out.
 
-use super::align::{align, viewpoints};
+use super::align::{RawSource, align, viewpoints};
 use crate::args::RefineArgs;
 use crate::guess::{pose, up};
 use anyhow::Result;
@@ -10,8 +10,12 @@ use std::process::ExitCode;
 pub(super) fn run(args: &RefineArgs) -> Result<ExitCode> {
     let prior = Prior { up: up(&args.level), ..Prior::guess(pose(&args.init)?) };
     let files = Pair { source: args.source.as_path(), target: args.target.as_path() };
-    let refined = align(files, viewpoints(&args.viewpoints), &args.run, &|scans, config, observe| {
-        refine(scans, &prior, config, observe)
-    })?;
+    let refined = align(
+        files,
+        viewpoints(&args.viewpoints),
+        &args.run,
+        RawSource::wanted(&args.output),
+        &|scans, config, observe| refine(scans, &prior, config, observe),
+    )?;
     refined.put(files, &args.output)
 }

@@ -1,6 +1,6 @@
 //! `congruent evaluate --show`: one pair of a data set, in 3D, with the errors of all points against the truth.
 
-use super::align::{align, names_of, unbounded};
+use super::align::{RawSource, align, names_of, unbounded};
 use super::dataset::select;
 use crate::args::{EvaluateArgs, RunArgs};
 use crate::output;
@@ -22,7 +22,7 @@ pub(super) fn run(args: &EvaluateArgs, wanted: &str) -> Result<ExitCode> {
     };
     let mut answers = Vec::new();
     for (name, run) in &ways {
-        let aligned = align(files, Pair::default(), run, &unbounded)?;
+        let aligned = align(files, Pair::default(), run, RawSource::Dropped, &unbounded)?;
         output::data(format!("{name}\n{}", aligned.report.summary()).trim_start_matches('\n'));
         let text = toml::to_string(&aligned.config)?;
         answers.push((name.clone(), aligned, text));

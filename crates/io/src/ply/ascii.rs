@@ -4,54 +4,87 @@ use super::PlyFault;
 use super::body::{Numbers, Stop};
 use super::header::Property;
 use crate::error::excerpt;
+use crate::window::Window;
 use ply_rs::ply::ScalarType;
 
-/// An ASCII body, together with the header, so that faults can name the line of the file.
+/// An ASCII body. It counts lines, so that faults can name the line of the file.
 pub(super) struct Ascii<'a> {
-    file: &'a [u8],
-    at: usize,
+    body: &'a mut Window,
+    /// Ends of lines before what the window holds.
+    ends_before: usize,
 }
 
 impl<'a> Ascii<'a> {
-    pub(super) fn new(file: &'a [u8], body_start: usize) -> Self {
-        Ascii { file, at: body_start }
+    /// What follows a header of so many lines.
+    pub(super) fn new(body: &'a mut Window, n_lines: usize) -> Self {
+        body.forget();
+        Ascii { body, ends_before: n_lines }
     }
 
+    /// Length of the next word, which is then the first of the body.
     #[inline]
-    fn word(&mut self) -> Result<&'a [u8], Stop> {
-        let left = &self.file[self.at..];
-        let start = left.iter().position(|b| !b.is_ascii_whitespace()).ok_or(Stop::End)?;
-        let word = &left[start..];
-        let word = &word[..word.iter().position(u8::is_ascii_whitespace).unwrap_or(word.len())];
-        self.at += start + word.len();
-        Ok(word)
+    fn reach_word(&mut self) -> Result<usize, Stop> {
+        loop {
+            let bytes = self.body.bytes();
+            let n_spaces = bytes.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(bytes.len());
+            let length = bytes[n_spaces..].iter().position(u8::is_ascii_whitespace);
+            let n_left = bytes.len() - n_spaces;
+            self.body.pass(n_spaces);
+            match length {
+                Some(length) => return Ok(length),
+                None if self.more() => {}
+                None if n_left > 0 => return Ok(n_left),
+                None => return Err(Stop::End),
+            }
+        }
+    }
+
+    /// Reads on, with the lines counted that are let go.
+    #[cold]
+    fn more(&mut self) -> bool {
+        let passed = self.ends_passed();
+        let before = self.body.used().last().copied();
+        self.ends_before += passed;
+        let is_more = self.body.more();
+        // What was taken for a lone return is the first half of an end.
+        if before == Some(b'\r') && self.body.bytes().first() == Some(&b'\n') {
+            self.ends_before -= 1;
+        }
+        is_more
+    }
+
+    /// Ends of lines that the window holds and that are passed.
+    fn ends_passed(&self) -> usize {
+        let (used, next) = (self.body.used(), self.body.bytes().first());
+        // A carriage return ends a line unless a line feed follows, which then does.
+        let ends = |pair: &[u8]| pair[0] == b'\n' || (pair[0] == b'\r' && pair[1] != b'\n');
+        let last = used.last().is_some_and(|last| ends(&[*last, next.copied().unwrap_or_default()]));
+        used.windows(2).filter(|pair| ends(pair)).count() + usize::from(last)
     }
 
     #[cold]
-    fn not_a_number(&self, word: &[u8]) -> Stop {
-        let before = &self.file[..self.at - word.len()];
-        // A carriage return ends a line unless a line feed follows, which then does.
-        let ends = |pair: &[u8]| pair[0] == b'\n' || (pair[0] == b'\r' && pair[1] != b'\n');
-        // The pairs leave out the last byte, which ends a line where it is of either kind.
-        let last = before.last().is_some_and(|b| matches!(b, b'\n' | b'\r'));
-        let line = 1 + before.windows(2).filter(|pair| ends(pair)).count() + usize::from(last);
-        PlyFault::NotANumber { line, token: excerpt(word) }.into()
+    fn not_a_number(&self, length: usize) -> Stop {
+        let line = 1 + self.ends_before + self.ends_passed();
+        PlyFault::NotANumber { line, token: excerpt(&self.body.bytes()[..length]) }.into()
     }
 }
 
 impl Numbers for Ascii<'_> {
     fn number(&mut self, _: &ScalarType) -> Result<f64, Stop> {
-        let word = self.word()?;
-        let number = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
-        number.ok_or_else(|| self.not_a_number(word))
+        let length = self.reach_word()?;
+        let number = str::from_utf8(&self.body.bytes()[..length]).ok().and_then(|word| word.parse().ok());
+        let number = number.ok_or_else(|| self.not_a_number(length))?;
+        self.body.pass(length);
+        Ok(number)
     }
 
     fn skip(&mut self, _: &ScalarType, n: usize) -> Result<(), Stop> {
-        (0..n).try_for_each(|_| self.word().map(drop))
+        (0..n).try_for_each(|_| self.reach_word().map(|length| self.body.pass(length)))
     }
 
     fn room(&self, properties: &[Property]) -> usize {
         // A word is one character and a space, except for the last one.
-        (self.file.len() - self.at).div_ceil(2) / properties.len().max(1)
+        let left = usize::try_from(self.body.left()).unwrap_or(usize::MAX);
+        left.div_ceil(2) / properties.len().max(1)
     }
 }

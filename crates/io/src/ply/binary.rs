@@ -2,50 +2,78 @@
 
 use super::body::{Numbers, Row, Stop};
 use super::header::Property;
+use crate::window::Window;
 use ply_rs::ply::{PropertyType, ScalarType};
 
 /// A binary body, most significant byte first where `BIG_ENDIAN`.
 pub(super) struct Binary<'a, const BIG_ENDIAN: bool> {
-    left: &'a [u8],
+    body: &'a mut Window,
 }
 
 impl<'a, const BIG_ENDIAN: bool> Binary<'a, BIG_ENDIAN> {
-    pub(super) fn new(body: &'a [u8]) -> Self {
-        Binary { left: body }
+    pub(super) fn new(body: &'a mut Window) -> Self {
+        Binary { body }
     }
 
-    /// The next bytes, least significant first.
-    #[inline(always)]
-    fn take<const N: usize>(&mut self) -> Result<[u8; N], Stop> {
-        let (head, left) = self.left.split_first_chunk::<N>().ok_or(Stop::End)?;
-        self.left = left;
-        let mut head = *head;
-        if BIG_ENDIAN {
-            head.reverse();
+    /// Hands over whole records of so many bytes, at most `n`; how many there were.
+    fn blocks(&mut self, stride: usize, n: usize, mut visit: impl FnMut(&[u8])) -> usize {
+        let mut held = 0;
+        while held < n && self.body.reach(stride) {
+            let n_bytes = stride * (self.body.bytes().len() / stride).min(n - held);
+            visit(&self.body.bytes()[..n_bytes]);
+            self.body.pass(n_bytes);
+            held += n_bytes / stride;
         }
-        Ok(head)
+        held
     }
+}
+
+/// The number of a type at the beginning of some bytes, if they suffice.
+#[inline(always)]
+fn number<const BIG_ENDIAN: bool>(bytes: &[u8], kind: &ScalarType) -> Option<f64> {
+    /// The first bytes, least significant first.
+    #[inline(always)]
+    fn first<const BIG_ENDIAN: bool, const N: usize>(bytes: &[u8]) -> Option<[u8; N]> {
+        let mut first = *bytes.first_chunk()?;
+        if BIG_ENDIAN {
+            first.reverse();
+        }
+        Some(first)
+    }
+    Some(match kind {
+        ScalarType::Char => i8::from_le_bytes(first::<BIG_ENDIAN, 1>(bytes)?).into(),
+        ScalarType::UChar => u8::from_le_bytes(first::<BIG_ENDIAN, 1>(bytes)?).into(),
+        ScalarType::Short => i16::from_le_bytes(first::<BIG_ENDIAN, 2>(bytes)?).into(),
+        ScalarType::UShort => u16::from_le_bytes(first::<BIG_ENDIAN, 2>(bytes)?).into(),
+        ScalarType::Int => i32::from_le_bytes(first::<BIG_ENDIAN, 4>(bytes)?).into(),
+        ScalarType::UInt => u32::from_le_bytes(first::<BIG_ENDIAN, 4>(bytes)?).into(),
+        ScalarType::Float => f32::from_le_bytes(first::<BIG_ENDIAN, 4>(bytes)?).into(),
+        ScalarType::Double => f64::from_le_bytes(first::<BIG_ENDIAN, 8>(bytes)?),
+    })
 }
 
 impl<const BIG_ENDIAN: bool> Numbers for Binary<'_, BIG_ENDIAN> {
     #[inline]
     fn number(&mut self, kind: &ScalarType) -> Result<f64, Stop> {
-        Ok(match kind {
-            ScalarType::Char => i8::from_le_bytes(self.take()?).into(),
-            ScalarType::UChar => u8::from_le_bytes(self.take()?).into(),
-            ScalarType::Short => i16::from_le_bytes(self.take()?).into(),
-            ScalarType::UShort => u16::from_le_bytes(self.take()?).into(),
-            ScalarType::Int => i32::from_le_bytes(self.take()?).into(),
-            ScalarType::UInt => u32::from_le_bytes(self.take()?).into(),
-            ScalarType::Float => f32::from_le_bytes(self.take()?).into(),
-            ScalarType::Double => f64::from_le_bytes(self.take()?),
-        })
+        if !self.body.reach(size(kind)) {
+            return Err(Stop::End);
+        }
+        let number = number::<BIG_ENDIAN>(self.body.bytes(), kind).ok_or(Stop::End)?;
+        self.body.pass(size(kind));
+        Ok(number)
     }
 
     #[inline]
     fn skip(&mut self, kind: &ScalarType, n: usize) -> Result<(), Stop> {
-        let n_bytes = n.checked_mul(size(kind)).ok_or(Stop::End)?;
-        self.left = self.left.get(n_bytes..).ok_or(Stop::End)?;
+        let mut left = n.checked_mul(size(kind)).ok_or(Stop::End)?;
+        while left > self.body.bytes().len() {
+            left -= self.body.bytes().len();
+            self.body.pass(self.body.bytes().len());
+            if !self.body.more() {
+                return Err(Stop::End);
+            }
+        }
+        self.body.pass(left);
         Ok(())
     }
 
@@ -57,15 +85,17 @@ impl<const BIG_ENDIAN: bool> Numbers for Binary<'_, BIG_ENDIAN> {
         points: &mut Vec<[f64; 3]>,
     ) -> usize {
         let Some(layout) = Layout::of(properties, columns) else { return 0 };
-        let Some(at) = layout.floats_in_a_row() else { return 0 };
-        let records = self.left.chunks_exact(layout.stride).take(n);
-        let read = records.len();
-        points.extend(records.map(|record| {
-            let [x, y, z] = *record[at..].as_chunks::<4>().0.first_chunk().expect("a record holds its coordinates");
-            [x, y, z].map(|float| if BIG_ENDIAN { f32::from_be_bytes(float) } else { f32::from_le_bytes(float) }.into())
-        }));
-        self.left = &self.left[read * layout.stride..];
-        read
+        match layout.in_a_row() {
+            Some((at, ScalarType::Float)) => self.blocks(layout.stride, n, |records| {
+                let float = |bytes| if BIG_ENDIAN { f32::from_be_bytes(bytes) } else { f32::from_le_bytes(bytes) };
+                points.extend(three_of_each(records, layout.stride, at).map(|p| p.map(|bytes| float(bytes).into())));
+            }),
+            Some((at, ScalarType::Double)) => self.blocks(layout.stride, n, |records| {
+                let double = if BIG_ENDIAN { f64::from_be_bytes } else { f64::from_le_bytes };
+                points.extend(three_of_each(records, layout.stride, at).map(|p| p.map(double)));
+            }),
+            _ => 0,
+        }
     }
 
     fn records(
@@ -76,25 +106,24 @@ impl<const BIG_ENDIAN: bool> Numbers for Binary<'_, BIG_ENDIAN> {
         mut visit: impl FnMut(Row),
     ) -> usize {
         let Some(layout) = Layout::of(properties, columns) else { return 0 };
-        let records = self.left.chunks_exact(layout.stride).take(n);
-        let read = records.len();
         let number = |record: &[u8], at: usize, kind: &ScalarType| {
-            Binary::<BIG_ENDIAN>::new(&record[at..]).number(kind).expect("a record holds all its numbers")
+            number::<BIG_ENDIAN>(&record[at..], kind).expect("a record holds all its numbers")
         };
-        for record in records {
-            let mut row = Row::default();
-            layout.numbers.iter().for_each(|(at, kind, column)| row[*column] = number(record, *at, kind));
-            visit(row);
-        }
-        self.left = &self.left[read * layout.stride..];
-        read
+        self.blocks(layout.stride, n, |records| {
+            for record in records.chunks_exact(layout.stride) {
+                let mut row = Row::default();
+                layout.numbers.iter().for_each(|(at, kind, column)| row[*column] = number(record, *at, kind));
+                visit(row);
+            }
+        })
     }
 
     fn room(&self, properties: &[Property]) -> usize {
         let least = |p: &Property| match &p.kind {
             PropertyType::Scalar(kind) | PropertyType::List(kind, _) => size(kind),
         };
-        self.left.len() / properties.iter().map(least).sum::<usize>().max(1)
+        let left = usize::try_from(self.body.left()).unwrap_or(usize::MAX);
+        left / properties.iter().map(least).sum::<usize>().max(1)
     }
 }
 
@@ -117,14 +146,23 @@ impl Layout {
         (layout.stride > 0).then_some(layout)
     }
 
-    /// Where the coordinates are, if they are all that is wanted, and floats next to each other: as in most files.
-    fn floats_in_a_row(&self) -> Option<usize> {
-        let first = self.numbers.first()?.0;
-        let is_next = |(i, (at, kind, column)): (usize, &(usize, ScalarType, usize))| {
-            *kind == ScalarType::Float && *column == i && *at == first + 4 * i
+    /// Where the coordinates are and what type they have, if they are all that is wanted, of one type, and next to each other:
+    /// as in most files.
+    fn in_a_row(&self) -> Option<(usize, &ScalarType)> {
+        let (first, kind, _) = self.numbers.first()?;
+        let is_next = |(i, (at, its_kind, column)): (usize, &(usize, ScalarType, usize))| {
+            its_kind == kind && *column == i && *at == first + i * size(kind)
         };
-        (self.numbers.len() == 3 && self.numbers.iter().enumerate().all(is_next)).then_some(first)
+        (self.numbers.len() == 3 && self.numbers.iter().enumerate().all(is_next)).then_some((*first, kind))
     }
+}
+
+/// The bytes of three numbers in each record, from `at` on.
+#[inline(always)]
+fn three_of_each<const N: usize>(records: &[u8], stride: usize, at: usize) -> impl Iterator<Item = [[u8; N]; 3]> {
+    records
+        .chunks_exact(stride)
+        .map(move |record| *record[at..].as_chunks::<N>().0.first_chunk().expect("a record holds its coordinates"))
 }
 
 /// Bytes of a number.

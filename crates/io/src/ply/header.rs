@@ -7,6 +7,7 @@
 
 use super::PlyFault;
 use crate::error::excerpt;
+use crate::window::Window;
 use ply_rs::parser::{Parser, Reader};
 use ply_rs::ply::{DefaultElement, Encoding, PropertyType};
 
@@ -18,8 +19,8 @@ pub(super) struct Header {
     pub(super) elements: Vec<Element>,
     /// Where the scanner stood, from comments `view_px 1.5` and so on.
     pub(super) viewpoint: Option<[f64; 3]>,
-    /// Position of the first byte after the header.
-    pub(super) body_start: usize,
+    /// How many lines it has, the last one included.
+    pub(super) n_lines: usize,
 }
 
 /// A kind of record.
@@ -40,16 +41,29 @@ pub(super) struct Property {
 }
 
 impl Header {
-    /// Parses everything up to the line `end_header`.
-    pub(super) fn parse(file: &[u8]) -> Result<Header, PlyFault> {
-        let (lines, body_start) = lines(file)?;
+    /// Parses everything up to the line `end_header`, and passes over it.
+    pub(super) fn parse(file: &mut Window) -> Result<Header, PlyFault> {
+        let mut is_whole = false;
+        while lines(file.bytes(), is_whole).is_none() {
+            if is_whole {
+                return Err(PlyFault::NoHeaderEnd);
+            }
+            is_whole = !file.more();
+        }
+        let (lines, length) = lines(file.bytes(), is_whole).ok_or(PlyFault::NoHeaderEnd)?;
+        let header = Header::of(&lines)?;
+        file.pass(length);
+        Ok(header)
+    }
+
+    fn of(lines: &[&[u8]]) -> Result<Header, PlyFault> {
         let mut names = Vec::new();
         let tidy: String = lines.iter().map(|line| tidied(line, &mut names) + "\n").collect();
         let parsed = Parser::<DefaultElement>::new()
             .read_header(&mut Reader::new(tidy.as_bytes()))
-            .map_err(|error| fault(&lines, error.line()))?;
+            .map_err(|error| fault(lines, error.line()))?;
         if (parsed.version.major, parsed.version.minor) != (1, 0) {
-            return Err(fault(&lines, None));
+            return Err(fault(lines, None));
         }
         // The aliases are numbered in the order of the lines, which is the order of the parsed header.
         let mut name = names.into_iter();
@@ -61,30 +75,30 @@ impl Header {
             let properties = element.properties.into_values().map(property).collect();
             elements.push(Element { name: element_name, count: element.count, properties });
         }
-        check_unique(&elements, &lines)?;
-        Ok(Header { encoding: parsed.encoding, elements, viewpoint: viewpoint(&lines), body_start })
+        check_unique(&elements, lines)?;
+        Ok(Header { encoding: parsed.encoding, elements, viewpoint: viewpoint(lines), n_lines: lines.len() })
     }
 }
 
-/// The lines up to and with `end_header`, and where the body starts.
+/// The lines up to and with `end_header`, and how many bytes they take; nothing where more has to be read first.
 ///
 /// The first line decides how lines end. A lone carriage return must be the only end then: the body may start with a
 /// byte that looks like a line feed.
-fn lines(file: &[u8]) -> Result<(Vec<&[u8]>, usize), PlyFault> {
+fn lines(file: &[u8], is_whole: bool) -> Option<(Vec<&[u8]>, usize)> {
     let first_end = file.iter().position(|b| matches!(b, b'\r' | b'\n')).unwrap_or(0);
     let lone_return = file.get(first_end) == Some(&b'\r') && file.get(first_end + 1) != Some(&b'\n');
     let end = if lone_return { b'\r' } else { b'\n' };
     let mut lines = Vec::new();
-    let mut body_start = 0;
+    let mut length = 0;
     for line in file.split(|&b| b == end) {
-        // The last line of an empty body may lack its end.
-        body_start = (body_start + line.len() + 1).min(file.len());
+        length += line.len() + 1;
         lines.push(line.trim_ascii());
         if line.trim_ascii() == b"end_header" {
-            return Ok((lines, body_start));
+            // The last line of an empty body may lack its end.
+            return (length <= file.len() || is_whole).then(|| (lines, length.min(file.len())));
         }
     }
-    Err(PlyFault::NoHeaderEnd)
+    None
 }
 
 /// A line as the parser takes it; a name it declares goes to `names`.

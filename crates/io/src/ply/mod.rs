@@ -16,6 +16,7 @@ pub use fault::PlyFault;
 pub(crate) use write::encode;
 pub use write::{write_coloured_ply, write_ply};
 
+use crate::window::Window;
 use ascii::Ascii;
 use binary::Binary;
 use congruent_geometry::RawScan;
@@ -28,12 +29,11 @@ pub(crate) fn is_ply(bytes: &[u8]) -> bool {
 }
 
 /// The scan in a PLY file.
-pub(crate) fn read(file: &[u8]) -> Result<RawScan, PlyFault> {
+pub(crate) fn read(file: &mut Window) -> Result<RawScan, PlyFault> {
     let header = Header::parse(file)?;
-    let body_start = header.body_start;
     match header.encoding {
-        Encoding::Ascii => body::read(&header, &mut Ascii::new(file, body_start)),
-        Encoding::BinaryLittleEndian => body::read(&header, &mut Binary::<false>::new(&file[body_start..])),
-        Encoding::BinaryBigEndian => body::read(&header, &mut Binary::<true>::new(&file[body_start..])),
+        Encoding::Ascii => body::read(&header, &mut Ascii::new(file, header.n_lines)),
+        Encoding::BinaryLittleEndian => body::read(&header, &mut Binary::<false>::new(file)),
+        Encoding::BinaryBigEndian => body::read(&header, &mut Binary::<true>::new(file)),
     }
 }

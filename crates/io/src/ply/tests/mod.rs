@@ -5,7 +5,9 @@ mod good_files;
 mod headers;
 
 use crate::IoError;
+use crate::content::Content;
 use crate::read::scan_from;
+use crate::window::Window;
 use congruent_geometry::RawScan;
 use std::path::Path;
 
@@ -83,8 +85,20 @@ fn push(file: &mut Vec<u8>, encoding: &str, kind: &str, v: f64) {
     file.extend(bytes);
 }
 
+/// The same whether the file is there at once or a few bytes at a time.
 fn scan(file: &[u8]) -> Result<RawScan, IoError> {
-    scan_from(Path::new("scan.ply"), file)
+    let scan = scan_from(Path::new("scan.ply"), file);
+    let expected = match &scan {
+        Ok(scan) => format!("{scan:?}"),
+        Err(IoError::Ply { fault, .. }) => format!("{fault:?}"),
+        Err(_) => return scan, // No PLY file at all.
+    };
+    for block in [1, 7, 100] {
+        let in_parts = crate::ply::read(&mut Window::of_blocks(Content::of(file.to_vec()), block));
+        let in_parts = in_parts.map_or_else(|fault| format!("{fault:?}"), |scan| format!("{scan:?}"));
+        assert_eq!(in_parts, expected, "{block} bytes at a time");
+    }
+    scan
 }
 
 /// Four vertices and a quadrilateral, with something to pass over everywhere.
