@@ -224,3 +224,11 @@ fn pages_and_figures_are_written_and_one_pair_can_be_shown() {
     let refused = show("none.ply,g000_v0.ply");
     assert!(refused.status.code() == Some(2) && text(&refused.stderr).contains("g000_v1.ply,g000_v0.ply"));
 }
+
+#[test]
+fn a_calibration_does_not_take_two_data_sets_for_one() {
+    let bench = Bench::new();
+    let output = congruent(&["calibrate", &bench.data(), &bench.data(), "-o", &bench.path("calibration")]);
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stdout));
+    assert!(text(&output.stderr).contains("two data sets are called `u3m-like`"), "{}", text(&output.stderr));
+}

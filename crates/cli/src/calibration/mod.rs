@@ -17,6 +17,7 @@ use congruent_geometry::{RawScan, RigidTransform, Scan, mean_displacement, uncen
 use congruent_io::{Dataset, read_dataset, write_file};
 use congruent_pipeline::{DenseVerdictConfig, Pair, PipelineConfig, VerdictConfig, register_tried};
 use rows::Rows;
+use std::collections::HashSet;
 use std::process::ExitCode;
 
 /// Some pairs had a scan that could not be used.
@@ -55,6 +56,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode> {
     };
     let datasets: Vec<Dataset> =
         args.datasets.iter().map(|path| Ok(read_dataset(path, None)?)).collect::<Result<_>>()?;
+    each_named_once(&datasets)?;
     let trials = trials(args, &datasets, config.seed);
     let made_by = fingerprint(&[env!("CARGO_PKG_VERSION"), &toml::to_string(&config)?]);
     let mut rows = Rows::open(&args.output, made_by)?;
@@ -68,6 +70,15 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode> {
     write_file(&args.output.join("calibration.md"), figures.as_bytes())?;
     output::data(figures.trim_end());
     Ok(if errors == 0 { ExitCode::SUCCESS } else { ExitCode::from(SOME_ERRORS) })
+}
+
+/// Rows are known by the names of their data sets.
+fn each_named_once(datasets: &[Dataset]) -> Result<()> {
+    let mut known = HashSet::new();
+    match datasets.iter().find(|dataset| !known.insert(&dataset.name)) {
+        Some(twice) => bail!("two data sets are called `{}`; change `name` in the dataset.toml of one", twice.name),
+        None => Ok(()),
+    }
 }
 
 fn trials<'a>(args: &CalibrateArgs, datasets: &'a [Dataset], seed: u64) -> Vec<Trial<'a>> {
