@@ -230,5 +230,5 @@ fn a_calibration_does_not_take_two_data_sets_for_one() {
     let bench = Bench::new();
     let output = congruent(&["calibrate", &bench.data(), &bench.data(), "-o", &bench.path("calibration")]);
     assert_eq!(output.status.code(), Some(2), "{}", text(&output.stdout));
-    assert!(text(&output.stderr).contains("two data sets are called `u3m-like`"), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("another data set is called `u3m-like`"), "{}", text(&output.stderr));
 }

@@ -35,7 +35,7 @@ pub(crate) fn read(file: Content) -> Result<RawScan, String> {
     let start = file.stream_position().map_err(refused)?;
     let mut sizes = Vec::new();
     file.by_ref().take(8).read_to_end(&mut sizes).map_err(refused)?;
-    check_size(&meta, usize::try_from(length - start).unwrap_or(usize::MAX), &sizes)?;
+    check_size(&meta, usize::try_from(length.saturating_sub(start)).unwrap_or(usize::MAX), &sizes)?;
     let columns = Columns::of(&meta)?;
 
     let mut scan = RawScan {
@@ -86,7 +86,8 @@ fn check_size(meta: &PcdMeta, length: usize, sizes: &[u8]) -> Result<(), String>
                 bytes.map(|bytes| u32::from_le_bytes(bytes) as usize).ok_or_else(too_much)
             };
             let (compressed, uncompressed) = (size(0)?, size(4)?);
-            let possible = compressed <= length - 8 && uncompressed <= compressed.saturating_mul(MOST_EXPANSION);
+            let possible =
+                compressed <= length.saturating_sub(8) && uncompressed <= compressed.saturating_mul(MOST_EXPANSION);
             if needed(bytes) == Some(uncompressed) && possible { Ok(()) } else { Err(too_much()) }
         }
         _ => Err(too_much()),

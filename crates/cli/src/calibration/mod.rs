@@ -6,7 +6,7 @@ mod rows;
 mod simulated;
 
 use crate::args::CalibrateArgs;
-use crate::commands::on_threads;
+use crate::commands::{named_once, on_threads};
 use crate::fingerprint::fingerprint;
 use crate::progress::Bar;
 use crate::{configuration, output};
@@ -17,7 +17,6 @@ use congruent_geometry::{RawScan, RigidTransform, Scan, mean_displacement, uncen
 use congruent_io::{Dataset, read_dataset, write_file};
 use congruent_pipeline::{DenseVerdictConfig, Pair, PipelineConfig, VerdictConfig, register_tried};
 use rows::Rows;
-use std::collections::HashSet;
 use std::process::ExitCode;
 
 /// Some pairs had a scan that could not be used.
@@ -54,9 +53,12 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode> {
     let VerdictConfig::Dense(verdict) = &config.verdict else {
         bail!("only [verdict.dense] has a confidence to calibrate; choose a configuration with it");
     };
-    let datasets: Vec<Dataset> =
-        args.datasets.iter().map(|path| Ok(read_dataset(path, None)?)).collect::<Result<_>>()?;
-    each_named_once(&datasets)?;
+    let mut datasets: Vec<Dataset> = Vec::new();
+    for path in &args.datasets {
+        let one = read_dataset(path, None)?;
+        named_once(path, &one.name, datasets.iter().map(|other| &other.name))?;
+        datasets.push(one);
+    }
     let trials = trials(args, &datasets, config.seed);
     let made_by = fingerprint(&[env!("CARGO_PKG_VERSION"), &toml::to_string(&config)?]);
     let mut rows = Rows::open(&args.output, made_by)?;
@@ -70,15 +72,6 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode> {
     write_file(&args.output.join("calibration.md"), figures.as_bytes())?;
     output::data(figures.trim_end());
     Ok(if errors == 0 { ExitCode::SUCCESS } else { ExitCode::from(SOME_ERRORS) })
-}
-
-/// Rows are known by the names of their data sets.
-fn each_named_once(datasets: &[Dataset]) -> Result<()> {
-    let mut known = HashSet::new();
-    match datasets.iter().find(|dataset| !known.insert(&dataset.name)) {
-        Some(twice) => bail!("two data sets are called `{}`; change `name` in the dataset.toml of one", twice.name),
-        None => Ok(()),
-    }
 }
 
 fn trials<'a>(args: &CalibrateArgs, datasets: &'a [Dataset], seed: u64) -> Vec<Trial<'a>> {

@@ -30,6 +30,14 @@ pub(super) fn names_of(selected: &[Selected]) -> String {
     selected.iter().map(|set| set.name.as_str()).collect::<Vec<_>>().join(", ")
 }
 
+/// Refuses a data set that is called like another: rows are known by the names.
+pub(crate) fn named_once<'a>(path: &Path, name: &String, others: impl IntoIterator<Item = &'a String>) -> Result<()> {
+    if others.into_iter().any(|other| other == name) {
+        bail!("{}: another data set is called `{name}`, too; change the name in dataset.toml", path.display());
+    }
+    Ok(())
+}
+
 /// Reads the lists of pairs and keeps those that are asked for.
 pub(super) fn select(args: &DatasetArgs) -> Result<Vec<Selected>> {
     if !args.data.is_empty() && args.data.len() != args.datasets.len() {
@@ -39,13 +47,7 @@ pub(super) fn select(args: &DatasetArgs) -> Result<Vec<Selected>> {
     let mut selected: Vec<Selected> = Vec::new();
     for (number, path) in args.datasets.iter().enumerate() {
         let one = select_one(path, args.data.get(number).map(PathBuf::as_path), args)?;
-        if selected.iter().any(|other| other.name == one.name) {
-            bail!(
-                "{}: another data set is called `{}`, too; change the name in dataset.toml",
-                path.display(),
-                one.name
-            );
-        }
+        named_once(path, &one.name, selected.iter().map(|other| &other.name))?;
         selected.push(one);
     }
     if selected.iter().all(|set| set.pairs.is_empty() && set.is_whole()) {

@@ -19,6 +19,8 @@ mod show;
 mod simulate;
 mod stages;
 
+pub(crate) use dataset::named_once;
+
 use crate::args::{Args, Command};
 use crate::{batch, calibration};
 use anyhow::{Context, Result};
