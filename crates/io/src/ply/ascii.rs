@@ -6,6 +6,7 @@ use super::header::Property;
 use crate::error::excerpt;
 use crate::window::Window;
 use ply_rs::ply::ScalarType;
+use std::ops::Range;
 
 /// An ASCII body. It counts lines, so that faults can name the line of the file.
 pub(super) struct Ascii<'a> {
@@ -21,20 +22,19 @@ impl<'a> Ascii<'a> {
         Ascii { body, ends_before: n_lines }
     }
 
-    /// Length of the next word, which is then the first of the body.
+    /// Where in the window the next word is.
     #[inline]
-    fn reach_word(&mut self) -> Result<usize, Stop> {
+    fn reach_word(&mut self) -> Result<Range<usize>, Stop> {
         loop {
             let bytes = self.body.bytes();
-            let n_spaces = bytes.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(bytes.len());
-            let length = bytes[n_spaces..].iter().position(u8::is_ascii_whitespace);
-            let n_left = bytes.len() - n_spaces;
-            self.body.pass(n_spaces);
-            match length {
-                Some(length) => return Ok(length),
-                None if self.more() => {}
-                None if n_left > 0 => return Ok(n_left),
-                None => return Err(Stop::End),
+            let start = bytes.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(bytes.len());
+            if let Some(length) = bytes[start..].iter().position(u8::is_ascii_whitespace) {
+                return Ok(start..start + length);
+            }
+            let rest = 0..bytes.len() - start;
+            self.body.pass(start);
+            if !self.more() {
+                return if rest.is_empty() { Err(Stop::End) } else { Ok(rest) };
             }
         }
     }
@@ -62,24 +62,26 @@ impl<'a> Ascii<'a> {
         used.windows(2).filter(|pair| ends(pair)).count() + usize::from(last)
     }
 
+    /// The word is the next one.
     #[cold]
-    fn not_a_number(&self, length: usize) -> Stop {
+    fn not_a_number(&mut self, word: &Range<usize>) -> Stop {
+        self.body.pass(word.start);
         let line = 1 + self.ends_before + self.ends_passed();
-        PlyFault::NotANumber { line, token: excerpt(&self.body.bytes()[..length]) }.into()
+        PlyFault::NotANumber { line, token: excerpt(&self.body.bytes()[..word.len()]) }.into()
     }
 }
 
 impl Numbers for Ascii<'_> {
     fn number(&mut self, _: &ScalarType) -> Result<f64, Stop> {
-        let length = self.reach_word()?;
-        let number = str::from_utf8(&self.body.bytes()[..length]).ok().and_then(|word| word.parse().ok());
-        let number = number.ok_or_else(|| self.not_a_number(length))?;
-        self.body.pass(length);
+        let word = self.reach_word()?;
+        let number = str::from_utf8(&self.body.bytes()[word.clone()]).ok().and_then(|word| word.parse().ok());
+        let Some(number) = number else { return Err(self.not_a_number(&word)) };
+        self.body.pass(word.end);
         Ok(number)
     }
 
     fn skip(&mut self, _: &ScalarType, n: usize) -> Result<(), Stop> {
-        (0..n).try_for_each(|_| self.reach_word().map(|length| self.body.pass(length)))
+        (0..n).try_for_each(|_| self.reach_word().map(|word| self.body.pass(word.end)))
     }
 
     fn room(&self, properties: &[Property]) -> usize {
