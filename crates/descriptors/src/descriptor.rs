@@ -19,22 +19,15 @@ pub trait Descriptor: Send + Sync {
     /// Describes many points in parallel: in their order, those left out that could not be described. The same for any
     /// number of threads.
     fn describe(&self, surface: &Surface, keypoints: &[u32]) -> Features {
-        table(self.dim(), keypoints, || (), |(), keypoint, row| self.describe_into(surface, keypoint, row))
+        table(self.dim(), keypoints, |keypoint, row| self.describe_into(surface, keypoint, row))
     }
 }
 
-/// Fills a row for each keypoint in parallel and closes the gaps that failures leave. What `scratch` makes is handed from one
-/// keypoint to the next.
-pub(crate) fn table<S>(
-    dim: usize,
-    keypoints: &[u32],
-    scratch: impl Fn() -> S + Send + Sync,
-    fill: impl Fn(&mut S, u32, &mut [f32]) -> bool + Sync + Send,
-) -> Features {
+/// Fills a row for each keypoint in parallel and closes the gaps that failures leave.
+pub(crate) fn table(dim: usize, keypoints: &[u32], fill: impl Fn(u32, &mut [f32]) -> bool + Sync) -> Features {
     let mut rows = vec![0.0; dim * keypoints.len()];
-    let row_of_each = rows.par_chunks_exact_mut(dim).zip(keypoints);
     let valid: Vec<bool> =
-        row_of_each.map_init(scratch, |scratch, (row, &keypoint)| fill(scratch, keypoint, row)).collect();
+        rows.par_chunks_exact_mut(dim).zip(keypoints).map(|(row, &keypoint)| fill(keypoint, row)).collect();
     let mut kept = Vec::with_capacity(keypoints.len());
     for (i, &keypoint) in keypoints.iter().enumerate().filter(|&(i, _)| valid[i]) {
         rows.copy_within(i * dim..(i + 1) * dim, kept.len() * dim);
@@ -50,20 +43,13 @@ mod tests {
 
     #[test]
     fn rows_that_failed_are_left_out_and_the_order_is_kept() {
-        let features = table(
-            2,
-            &[8, 3, 5, 4],
-            || (),
-            |(), keypoint, row| {
-                row.fill(keypoint as f32);
-                keypoint != 3
-            },
-        );
+        let features = table(2, &[8, 3, 5, 4], |keypoint, row| {
+            row.fill(keypoint as f32);
+            keypoint != 3
+        });
         assert_eq!(features.keypoints, [8, 5, 4]);
         assert_eq!(features.rows, [8.0, 8.0, 5.0, 5.0, 4.0, 4.0]);
         assert_eq!((features.len(), features.row(1)), (3, &[5.0, 5.0][..]));
-        assert!(
-            table(2, &[], || (), |(), _, _| true).is_empty() && table(2, &[1], || (), |(), _, _| false).rows.is_empty()
-        );
+        assert!(table(2, &[], |_, _| true).is_empty() && table(2, &[1], |_, _| false).rows.is_empty());
     }
 }

@@ -3,7 +3,7 @@
 //! How a keypoint's neighbours lie to *their* neighbours, pair by pair; nearer neighbours weigh more.
 
 use crate::descriptor::table;
-use crate::pair::{BINS, DIM, PairHistograms, Weighted};
+use crate::pair::{BINS, DIM, PairHistograms};
 use crate::{Descriptor, Features};
 use congruent_geometry::{Length, Surface};
 use serde::{Deserialize, Serialize};
@@ -63,12 +63,12 @@ impl Descriptor for Fpfh {
     }
 
     fn describe_into(&self, surface: &Surface, keypoint: u32, row: &mut [f32]) -> bool {
-        self.combine(surface, keypoint, &self.histograms(surface, &[keypoint]), &mut Vec::new(), row)
+        self.combine(surface, keypoint, &self.histograms(surface, &[keypoint]), row)
     }
 
     fn describe(&self, surface: &Surface, keypoints: &[u32]) -> Features {
         let histograms = self.histograms(surface, keypoints);
-        table(DIM, keypoints, Vec::new, |near, keypoint, row| self.combine(surface, keypoint, &histograms, near, row))
+        table(DIM, keypoints, |keypoint, row| self.combine(surface, keypoint, &histograms, row))
     }
 }
 
@@ -97,15 +97,8 @@ impl Fpfh {
     }
 
     /// Sums the neighbours' histograms, scales each block to 100, and adds the keypoint's own where the variant does.
-    fn combine(
-        &self,
-        surface: &Surface,
-        keypoint: u32,
-        histograms: &PairHistograms,
-        near: &mut Vec<Weighted>,
-        row: &mut [f32],
-    ) -> bool {
-        let sum = histograms.weighted(&surface.points()[keypoint as usize], near);
+    fn combine(&self, surface: &Surface, keypoint: u32, histograms: &PairHistograms, row: &mut [f32]) -> bool {
+        let sum = histograms.weighted(&surface.points()[keypoint as usize]);
         let own = match self.variant {
             FpfhVariant::Pcl => [0.0; DIM],
             FpfhVariant::Open3d => *histograms.of(keypoint),

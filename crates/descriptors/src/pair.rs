@@ -7,6 +7,7 @@
 use congruent_geometry::{OrderedPoints, Point, Surface};
 use multiversion::multiversion;
 use rayon::prelude::*;
+use std::cell::Cell;
 use std::ops::Range;
 
 /// Bins of each feature.
@@ -174,11 +175,9 @@ fn squared(radius: f64) -> f32 {
     radius as f32 * radius as f32
 }
 
-/// A histogram in a sum.
-#[derive(Clone, Copy)]
-pub(crate) struct Weighted {
-    place: u32,
-    weight: f64,
+thread_local! {
+    /// Places and weights: a list for each keypoint would be given back and taken again from the system.
+    static BUFFER: Cell<Vec<(u32, f64)>> = const { Cell::new(Vec::new()) };
 }
 
 /// The histograms of many points, where their neighbours lie together in memory.
@@ -219,24 +218,26 @@ impl PairHistograms {
         &self.histograms[self.places[i as usize] as usize]
     }
 
-    /// The sum of all within the radius of a place; nearer ones weigh more, the place itself does not count. `near` is room to
-    /// work in.
-    pub(crate) fn weighted(&self, centre: &Point, near: &mut Vec<Weighted>) -> [f64; DIM] {
+    /// The sum of all within the radius of a place; nearer ones weigh more, the place itself does not count.
+    pub(crate) fn weighted(&self, centre: &Point) -> [f64; DIM] {
+        let mut near = BUFFER.take();
         near.clear();
         self.points.within(centre, self.radius, |place, distance_sq| {
             if distance_sq > 0.0 {
-                near.push(Weighted { place: place as u32, weight: 1.0 / f64::from(distance_sq) });
+                near.push((place as u32, 1.0 / f64::from(distance_sq)));
             }
         });
-        weighted_sum(&self.histograms, near)
+        let sum = weighted_sum(&self.histograms, &near);
+        BUFFER.set(near);
+        sum
     }
 }
 
 /// Compiled once for each instruction set and chosen at run time; the bits are the same on all of them.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn weighted_sum(histograms: &[[f32; DIM]], near: &[Weighted]) -> [f64; DIM] {
+fn weighted_sum(histograms: &[[f32; DIM]], weights: &[(u32, f64)]) -> [f64; DIM] {
     let mut sum = [0.0; DIM];
-    for &Weighted { place, weight } in near {
+    for &(place, weight) in weights {
         let histogram = &histograms[place as usize];
         for bin in 0..DIM {
             sum[bin] += weight * f64::from(histogram[bin]);

@@ -61,7 +61,7 @@ impl Descriptor for SpinImage {
 
     fn describe(&self, surface: &Surface, keypoints: &[u32]) -> Features {
         let ordered = self.in_order(surface);
-        table(self.dim(), keypoints, || (), |(), keypoint, row| self.swept(surface, &ordered, keypoint, row))
+        table(self.dim(), keypoints, |keypoint, row| self.swept(surface, &ordered, keypoint, row))
     }
 }
 

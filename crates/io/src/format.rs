@@ -98,9 +98,9 @@ impl Format {
         let scan = match self {
             Format::Ply => return ply::read(&mut file).map_err(|fault| IoError::Ply { path: path.to_owned(), fault }),
             Format::Xyz | Format::Csv => xyz::read(file),
-            Format::Pcd => file.rewound().map_err(|error| error.to_string()).and_then(pcd::read),
-            Format::Las | Format::Laz => file.rewound().map_err(|error| error.to_string()).and_then(las::read),
-            Format::E57 => file.rewound().map_err(|error| error.to_string()).and_then(e57::read),
+            Format::Pcd => file.rewound().and_then(pcd::read),
+            Format::Las | Format::Laz => file.rewound().and_then(las::read),
+            Format::E57 => file.rewound().and_then(e57::read),
             Format::Off => off::read(&file.whole()),
             Format::Stl => stl::read(&file.whole()),
             Format::Obj => obj::read(&file.whole()),

@@ -110,9 +110,9 @@ impl Window {
         self.buffer
     }
 
-    /// The file from its beginning.
-    pub(crate) fn rewound(mut self) -> io::Result<Content> {
-        self.content.rewind()?;
+    /// The file from its beginning, for readers that go through it by themselves.
+    pub(crate) fn rewound(mut self) -> Result<Content, String> {
+        self.content.rewind().map_err(|error| error.to_string())?;
         Ok(self.content)
     }
 }
