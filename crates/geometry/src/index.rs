@@ -5,8 +5,9 @@ use kiddo::leaf_strategy::FlatVec;
 use kiddo::{Eytzinger, KdTree, SquaredEuclidean};
 use std::num::NonZero;
 
-/// Points in a leaf; half as many take longer to build, twice as many longer to ask.
-const LEAF: usize = 64;
+/// Points in a leaf. With half as many it takes 1.25 times as long to build, and is asked 1.3 times as fast: where all points
+/// of a cloud are asked, a grid answers, so few questions are left for the tree.
+const LEAF: usize = 128;
 type Tree = KdTree<f32, u32, Eytzinger, FlatVec<f32, u32, 3, LEAF>, 3, LEAF>;
 type Squared = SquaredEuclidean<f32>;
 

@@ -101,9 +101,9 @@ impl Format {
             Format::Pcd => file.rewound().and_then(pcd::read),
             Format::Las | Format::Laz => file.rewound().and_then(las::read),
             Format::E57 => file.rewound().and_then(e57::read),
-            Format::Off => off::read(&file.whole()),
-            Format::Stl => stl::read(&file.whole()),
-            Format::Obj => obj::read(&file.whole()),
+            Format::Off => off::read(file),
+            Format::Stl => stl::read(file),
+            Format::Obj => obj::read(file),
         };
         scan.map_err(|what| IoError::Malformed { path: path.to_owned(), format: self.name(), what })
     }

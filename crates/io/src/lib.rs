@@ -17,7 +17,6 @@ mod pcd;
 mod ply;
 mod pose;
 mod read;
-mod scan;
 mod stages;
 mod stl;
 mod table;
@@ -26,6 +25,7 @@ mod tests;
 mod text;
 mod window;
 mod write;
+mod write_scan;
 mod xyz;
 
 pub use dataset::{
@@ -36,9 +36,9 @@ pub use npy::{Matrix, NpyFault, read_npy, write_npy};
 pub use ply::{PlyFault, write_coloured_ply, write_ply};
 pub use pose::{PoseFault, read_pose, write_pose};
 pub use read::read_scan;
-pub use scan::{Loss, Written, write_scan};
 pub use stages::{
     KeypointRow, MatchRow, Place, PoseRow, keypoints_csv, matches_csv, places_csv, poses_csv, read_matches, read_places,
 };
 pub use table::TableFault;
 pub use write::write_file;
+pub use write_scan::{Loss, Written, write_scan};

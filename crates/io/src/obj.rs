@@ -4,6 +4,7 @@
 
 use crate::error::excerpt;
 use crate::text;
+use crate::window::Window;
 use congruent_geometry::RawScan;
 use std::fmt::Write;
 
@@ -29,15 +30,16 @@ pub(crate) fn is_obj(file: &[u8]) -> bool {
 
 /// A vertex's normal is the one that its first corner in a face names; where no face names any and there are as many
 /// normals as vertices, they belong together in order. A vertex without one gets zero.
-pub(crate) fn read(file: &[u8]) -> Result<RawScan, String> {
-    let count = |kind: &[u8]| text::lines(file).filter(|(_, line)| text::words(line).next() == Some(kind)).count();
-    let totals = Totals { vertices: count(b"v"), normals: count(b"vn") };
+pub(crate) fn read(file: Window) -> Result<RawScan, String> {
+    let mut lines = text::Lines::of(file);
+    let totals = Totals::of(&mut lines);
+    lines.rewind().map_err(|error| error.to_string())?;
     let mut scan = RawScan::default();
     let mut normals: Vec<[f32; 3]> = Vec::new();
     let mut normal_of: Vec<Option<u32>> = Vec::new();
     let mut corners = Vec::new();
-    for (at, line) in text::lines(file) {
-        let mut words = text::words(text::uncommented(line));
+    while let Some((at, line)) = lines.next_uncommented() {
+        let mut words = text::words(line);
         match words.next() {
             Some(b"v") => scan.points.push(text::three(&mut words, at)?),
             Some(b"vn") => normals.push(text::three(&mut words, at)?.map(|v| v as f32)),
@@ -65,9 +67,24 @@ pub(crate) fn read(file: &[u8]) -> Result<RawScan, String> {
 }
 
 /// How many of each the whole file holds: faces may come before their vertices.
+#[derive(Default)]
 struct Totals {
     vertices: usize,
     normals: usize,
+}
+
+impl Totals {
+    fn of(lines: &mut text::Lines) -> Totals {
+        let mut totals = Totals::default();
+        while let Some((_, line)) = lines.next_uncommented() {
+            match text::words(line).next() {
+                Some(b"v") => totals.vertices += 1,
+                Some(b"vn") => totals.normals += 1,
+                _ => {}
+            }
+        }
+        totals
+    }
 }
 
 /// Positions of the vertex and the normal that a word like `7`, `7/1`, `7//3` or `-1/-1/-1` names.

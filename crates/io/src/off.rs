@@ -2,6 +2,7 @@
 
 use crate::error::excerpt;
 use crate::text;
+use crate::window::Window;
 use congruent_geometry::RawScan;
 use std::fmt::Write;
 
@@ -20,17 +21,18 @@ fn keyword(line: &[u8]) -> Option<&str> {
     (whole && known.contains(&prefix)).then(|| &word[..prefix.len() + 3])
 }
 
-pub(crate) fn read(file: &[u8]) -> Result<RawScan, String> {
-    let mut lines = text::lines(file).map(|(at, line)| (at, text::uncommented(line))).filter(|(_, l)| !l.is_empty());
-    let (mut at, first) = lines.next().ok_or("no line begins with OFF; export the file again")?;
-    let keyword = keyword(first).ok_or("the first word is not OFF; export the file again")?;
+pub(crate) fn read(file: Window) -> Result<RawScan, String> {
+    let mut lines = text::Lines::of(file);
+    let (mut at, first) = lines.next_uncommented().ok_or("no line begins with OFF; export the file again")?;
+    let keyword = keyword(first).ok_or("the first word is not OFF; export the file again")?.to_owned();
     if keyword.contains(['4', 'n']) {
         return Err(format!("`{keyword}` holds points that are not of three dimensions; export it as OFF"));
     }
     let has_normals = keyword.contains('N');
     let mut rest = &first[keyword.len()..];
     if rest.trim_ascii().is_empty() {
-        (at, rest) = lines.next().ok_or("the counts are missing; the file is cut short, copy or export it again")?;
+        let next = lines.next_uncommented();
+        (at, rest) = next.ok_or("the counts are missing; the file is cut short, copy or export it again")?;
     }
     if rest.trim_ascii().starts_with(b"BINARY") {
         return Err("it is binary OFF, which is not supported; export it as text or as PLY".into());
@@ -44,7 +46,7 @@ pub(crate) fn read(file: &[u8]) -> Result<RawScan, String> {
     };
     let mut scan = RawScan { normals: has_normals.then(Vec::new), ..RawScan::default() };
     for held in 0..n_vertices {
-        let (at, line) = lines.next().ok_or_else(|| ends("vertices", n_vertices, held))?;
+        let (at, line) = lines.next_uncommented().ok_or_else(|| ends("vertices", n_vertices, held))?;
         let mut words = text::words(line);
         scan.points.push(text::three(&mut words, at)?);
         if let Some(normals) = &mut scan.normals {
@@ -52,7 +54,7 @@ pub(crate) fn read(file: &[u8]) -> Result<RawScan, String> {
         }
     }
     for held in 0..n_faces {
-        let (at, line) = lines.next().ok_or_else(|| ends("faces", n_faces, held))?;
+        let (at, line) = lines.next_uncommented().ok_or_else(|| ends("faces", n_faces, held))?;
         scan.triangles.extend(text::fan(&corners(line, at, n_vertices)?));
     }
     Ok(scan)

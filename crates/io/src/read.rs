@@ -18,7 +18,8 @@ use std::path::Path;
 /// * LAS and LAZ: coordinates from scale and offset.
 /// * E57: all scans of the file, each moved by its pose, as one.
 ///
-/// A PLY, PCD, XYZ, LAS or E57 file is never in memory as a whole, only its points are: 24 bytes each, 36 with a normal.
+/// A file is never in memory as a whole, only its points are, 24 bytes each, 36 with a normal, and 12 for each triangle. An
+/// OBJ file is gone through twice, because faces may come before their vertices. A pipe is taken into memory first.
 ///
 /// [`RawScan::viewpoint`] comes from a PLY file's camera or comments (`view_px view_py view_pz`), from a PCD file's
 /// `VIEWPOINT` and from the pose of an E57 file's only scan, where these are not just the default.

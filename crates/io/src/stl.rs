@@ -2,14 +2,21 @@
 //!
 //! Corners at the same place become one point. `stl_io` parses; what its parser does not know is tidied before.
 
+use crate::content::Content;
+use crate::text;
+use crate::window::Window;
 use congruent_geometry::RawScan;
 use std::collections::HashMap;
-use std::io::Cursor;
+use std::io::{self, Cursor, Read, Seek, SeekFrom};
 
+/// Bytes of the free text that a binary file begins with.
+const NAME: usize = HEADER - 4;
 /// Bytes before the first triangle of a binary file: a free text and the number of triangles.
 const HEADER: usize = 84;
 /// Bytes of a binary triangle.
 const RECORD: usize = 50;
+/// The first line of a text file as the parser knows it.
+const FIRST_LINE: &[u8] = b"solid scan\n";
 
 /// Whether the size is exactly what the count of triangles asks for, or the text begins `solid` and has a facet.
 pub(crate) fn is_stl(head: &[u8], length: u64) -> bool {
@@ -29,58 +36,114 @@ fn is_text(file: &[u8]) -> bool {
 }
 
 fn n_promised(file: &[u8]) -> Option<usize> {
-    let count: [u8; 4] = file.get(HEADER - 4..HEADER)?.try_into().ok()?;
+    let count: [u8; 4] = file.get(NAME..HEADER)?.try_into().ok()?;
     usize::try_from(u32::from_le_bytes(count)).ok()
 }
 
-pub(crate) fn read(file: &[u8]) -> Result<RawScan, String> {
-    if is_binary(file, file.len() as u64) || !is_text(file) { read_binary(file) } else { read_text(file) }
+pub(crate) fn read(file: Window) -> Result<RawScan, String> {
+    if is_binary(file.bytes(), file.length()) || !is_text(file.bytes()) { read_binary(file) } else { read_text(file) }
 }
 
-fn read_binary(file: &[u8]) -> Result<RawScan, String> {
-    let promised = n_promised(file).ok_or_else(|| {
-        format!("{} bytes are shorter than the header of {HEADER}; copy or export it again", file.len())
+fn read_binary(file: Window) -> Result<RawScan, String> {
+    let promised = n_promised(file.bytes()).ok_or_else(|| {
+        format!("{} bytes are shorter than the header of {HEADER}; copy or export it again", file.length())
     })?;
-    let held = (file.len() - HEADER) / RECORD;
-    if promised > held {
+    let held = file.length().saturating_sub(HEADER as u64) / RECORD as u64;
+    if promised as u64 > held {
         return Err(format!(
             "the header promises {promised} triangles, the file holds {held}; it is cut short, copy or export it again"
         ));
     }
-    // A free text that begins with `solid` would be taken for a text file.
-    let mut tidy = file.to_vec();
-    tidy[..HEADER - 4].fill(0);
-    collect(tidy)
+    collect(&mut Nameless { file: file.rewound()?, place: 0 })
 }
 
-/// Several solids become one; upper case, and a first line without a name, are made what the parser knows.
-fn read_text(file: &[u8]) -> Result<RawScan, String> {
-    let lower = file.to_ascii_lowercase();
-    let mut tidy = b"solid scan\n".to_vec();
-    let mut n_ends = 0;
-    for (_, line) in crate::text::lines(&lower) {
-        if line.starts_with(b"endsolid") {
-            n_ends += 1;
-        } else if !line.starts_with(b"solid") {
-            // The parser wants UTF-8, which only names may break.
-            tidy.extend(String::from_utf8_lossy(line).as_bytes());
-            tidy.push(b'\n');
-        }
+/// A binary file without its free text, which would be taken for a text file's where it begins with `solid`.
+struct Nameless {
+    file: Content,
+    place: u64,
+}
+
+impl Read for Nameless {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let n = self.file.read(into)?;
+        let name = (NAME as u64).saturating_sub(self.place) as usize;
+        into[..n.min(name)].fill(0);
+        self.place += n as u64;
+        Ok(n)
     }
-    if n_ends == 0 {
+}
+
+impl Seek for Nameless {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.place = self.file.seek(to)?;
+        Ok(self.place)
+    }
+}
+
+fn read_text(file: Window) -> Result<RawScan, String> {
+    let mut solid = OneSolid::of(text::Lines::of(file));
+    let scan = collect(&mut solid);
+    // Where the parser gave up, the end may still come.
+    io::copy(&mut solid, &mut io::sink()).map_err(|error| error.to_string())?;
+    if solid.n_ends == 0 {
         return Err("no line begins with `endsolid`; the file is cut short, copy or export it again".into());
     }
-    tidy.extend(b"endsolid scan\n");
-    collect(tidy)
+    scan
+}
+
+/// A text file as the parser knows it: one solid with a name instead of several, in small letters.
+struct OneSolid {
+    lines: text::Lines,
+    /// What is left of the present line.
+    line: Cursor<Vec<u8>>,
+    n_ends: usize,
+    is_over: bool,
+}
+
+impl OneSolid {
+    fn of(lines: text::Lines) -> Self {
+        OneSolid { lines, line: Cursor::new(FIRST_LINE.to_vec()), n_ends: 0, is_over: false }
+    }
+
+    /// The next line; at the end one that ends the solid, then an empty one.
+    fn next_line(&mut self) -> Vec<u8> {
+        while let Some((_, line)) = self.lines.next() {
+            let line = line.to_ascii_lowercase();
+            if line.starts_with(b"endsolid") {
+                self.n_ends += 1;
+            } else if !line.starts_with(b"solid") {
+                // The parser wants UTF-8, which only names may break.
+                return format!("{}\n", String::from_utf8_lossy(&line)).into_bytes();
+            }
+        }
+        if std::mem::replace(&mut self.is_over, true) { Vec::new() } else { b"endsolid scan\n".to_vec() }
+    }
+}
+
+impl Read for OneSolid {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        if self.line.position() == self.line.get_ref().len() as u64 {
+            self.line = Cursor::new(self.next_line());
+        }
+        self.line.read(into)
+    }
+}
+
+impl Seek for OneSolid {
+    /// To the beginning, whatever is asked for: the parser wants nothing else.
+    fn seek(&mut self, _: SeekFrom) -> io::Result<u64> {
+        self.lines.rewind()?;
+        (self.line, self.n_ends, self.is_over) = (Cursor::new(FIRST_LINE.to_vec()), 0, false);
+        Ok(0)
+    }
 }
 
 /// Merges corners of equal coordinates.
-fn collect(tidy: Vec<u8>) -> Result<RawScan, String> {
-    let mut cursor = Cursor::new(tidy);
+fn collect(file: &mut (impl Read + Seek)) -> Result<RawScan, String> {
     let fault = |facet: usize, error: &dyn std::fmt::Display| {
         format!("facet {facet}: {error}; repair the file or export it again")
     };
-    let facets = stl_io::create_stl_reader(&mut cursor).map_err(|error| fault(1, &error))?;
+    let facets = stl_io::create_stl_reader(file).map_err(|error| fault(1, &error))?;
     let mut scan = RawScan::default();
     let mut index_of: HashMap<[u32; 3], u32> = HashMap::new();
     for (at, facet) in (1..).zip(facets) {

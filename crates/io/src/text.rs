@@ -2,6 +2,7 @@
 
 use crate::error::excerpt;
 use crate::window::Window;
+use std::io;
 
 /// What some editors begin a text with.
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
@@ -21,6 +22,8 @@ fn end_of_lines(file: &[u8]) -> u8 {
 pub(crate) struct Lines {
     file: Window,
     end: u8,
+    /// Length of what stands before the first line.
+    mark: usize,
     /// Length of the line that was handed over last.
     used: usize,
     number: usize,
@@ -29,12 +32,36 @@ pub(crate) struct Lines {
 impl Lines {
     pub(crate) fn of(mut file: Window) -> Self {
         file.reach(BYTE_ORDER_MARK.len());
-        let used = if file.bytes().starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
-        Lines { end: end_of_lines(file.bytes()), file, used, number: 0 }
+        let mark = if file.bytes().starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
+        Lines { end: end_of_lines(file.bytes()), file, mark, used: mark, number: 0 }
+    }
+
+    /// Goes back to the first line.
+    pub(crate) fn rewind(&mut self) -> io::Result<()> {
+        self.file.rewind()?;
+        self.file.reach(self.mark);
+        (self.used, self.number) = (self.mark, 0);
+        Ok(())
     }
 
     /// The next line and its number.
     pub(crate) fn next(&mut self) -> Option<(usize, &[u8])> {
+        let length = self.advance()?;
+        Some((self.number, self.file.bytes()[..length].trim_ascii()))
+    }
+
+    /// The next line that has something before a `#`: its number, and that part.
+    pub(crate) fn next_uncommented(&mut self) -> Option<(usize, &[u8])> {
+        loop {
+            let length = self.advance()?;
+            if !uncommented(&self.file.bytes()[..length]).is_empty() {
+                return Some((self.number, uncommented(&self.file.bytes()[..length])));
+            }
+        }
+    }
+
+    /// Moves to the next line and says how long it is without its end.
+    fn advance(&mut self) -> Option<usize> {
         self.file.pass(self.used);
         let mut searched = 0;
         let length = loop {
@@ -50,7 +77,7 @@ impl Lines {
         // Behind the last line there is nothing, not even its end.
         self.used = (length + 1).min(self.file.bytes().len());
         self.number += 1;
-        (self.used > 0).then(|| (self.number, self.file.bytes()[..length].trim_ascii()))
+        (self.used > 0).then_some(length)
     }
 }
 
@@ -104,13 +131,23 @@ mod tests {
             let expected: Vec<_> = lines(text.as_bytes()).filter(|(_, line)| !line.is_empty()).collect();
             for block in [5, 6, 100] {
                 let mut lines = Lines::of(Window::of_blocks(Content::of(text.into()), block));
-                let mut found = Vec::new();
-                while let Some((number, line)) = lines.next() {
-                    found.extend((!line.is_empty()).then(|| (number, line.to_vec())));
+                for _ in 0..2 {
+                    let mut found = Vec::new();
+                    while let Some((number, line)) = lines.next() {
+                        found.extend((!line.is_empty()).then(|| (number, line.to_vec())));
+                    }
+                    let found: Vec<_> = found.iter().map(|(number, line)| (*number, line.as_slice())).collect();
+                    assert_eq!(found, expected, "{text:?}, {block} bytes at a time");
+                    lines.rewind().unwrap();
                 }
-                let found: Vec<_> = found.iter().map(|(number, line)| (*number, line.as_slice())).collect();
-                assert_eq!(found, expected, "{text:?}, {block} bytes at a time");
             }
         }
+    }
+    #[test]
+    fn comments_and_blank_lines_are_passed_over() {
+        let mut lines = Lines::of(Window::new(Content::of("# a\n\n b # c\n  #\nd".into())));
+        assert_eq!(lines.next_uncommented(), Some((3, b"b".as_slice())));
+        assert_eq!(lines.next_uncommented(), Some((5, b"d".as_slice())));
+        assert_eq!(lines.next_uncommented(), None);
     }
 }

@@ -98,16 +98,10 @@ impl Window {
         true
     }
 
-    /// All that is left, in one piece.
-    pub(crate) fn whole(mut self) -> Vec<u8> {
-        self.forget();
-        self.buffer.truncate(self.end);
-        let room = self.buffer.try_reserve_exact(usize::try_from(self.unread).unwrap_or(usize::MAX));
-        let read = room.map_err(io::Error::from).and_then(|()| self.content.read_to_end(&mut self.buffer));
-        if let Err(error) = read {
-            self.content.failure().note(error);
-        }
-        self.buffer
+    /// Goes back to the file's beginning, with no byte read yet.
+    pub(crate) fn rewind(&mut self) -> io::Result<()> {
+        (self.start, self.end, self.unread) = (0, 0, self.content.length());
+        self.content.rewind()
     }
 
     /// The file from its beginning, for readers that go through it by themselves.

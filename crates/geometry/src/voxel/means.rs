@@ -1,7 +1,7 @@
 //! The means of the points in each cell, and of their normals.
 
 use super::Sample;
-use super::cell::{cell, whole};
+use super::cell::whole;
 use super::numbered::Numbered;
 use crate::{Point, narrow};
 use multiversion::multiversion;
@@ -23,10 +23,9 @@ const CELLS_AT_A_TIME: usize = 1024;
 pub(super) fn means(points: &[Point], normals: Option<&[Point]>, leaf: f64, cells: &Numbered) -> Sample {
     let per_unit = 2f64.powi(STEP_BITS.min((points.len() as u64).leading_zeros() - 1) as i32);
     let sums = summed(cells, |some, sums: &mut [Sum]| sum_points(points, some, cells, leaf, per_unit, sums));
-    let centroid = |sum: &Sum| {
-        let corner = cell(&points[sum.member as usize], leaf).map(|c| c as f64);
-        narrow(&Vector3::from_fn(|k, _| (corner[k] + sum.steps[k] as f64 / per_unit / f64::from(sum.n)) * leaf))
-    };
+    let mut centroids_of = vec![[0.0; 3]; cells.n_cells];
+    let parts = centroids_of.par_chunks_mut(CELLS_AT_A_TIME).zip(sums.par_chunks(CELLS_AT_A_TIME));
+    parts.for_each(|(centroids_of, sums)| centroids(sums, points, leaf, per_unit, centroids_of));
     let direction = |sum: &[i64; 3]| {
         let sum = Vector3::from(sum.map(|steps| steps as f64 / per_unit));
         narrow(&sum.try_normalize(1e-6).unwrap_or_default())
@@ -35,10 +34,7 @@ pub(super) fn means(points: &[Point], normals: Option<&[Point]>, leaf: f64, cell
         let sums = summed(cells, |some, sums: &mut [[i64; 3]]| sum_normals(normals, some, cells, per_unit, sums));
         sums.par_iter().with_min_len(CELLS_AT_A_TIME).map(direction).collect()
     };
-    Sample {
-        points: sums.par_iter().with_min_len(CELLS_AT_A_TIME).map(centroid).collect(),
-        normals: normals.map(directions),
-    }
+    Sample { points: centroids_of, normals: normals.map(directions) }
 }
 
 /// The points of a cell.
@@ -84,6 +80,18 @@ fn summed<S: Add + Clone + Default + Send>(cells: &Numbered, sum: impl Fn(Range<
         sums
     };
     (0..n_parts).into_par_iter().map(of_part).reduce_with(both).unwrap_or_default()
+}
+
+/// The mean of each cell's points.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+fn centroids(sums: &[Sum], points: &[Point], leaf: f64, per_side: f64, centroids: &mut [Point]) {
+    // A power of two: dividing by it is the same.
+    let side = 1.0 / per_side;
+    for (sum, centroid) in sums.iter().zip(centroids) {
+        let corner = points[sum.member as usize].map(|v| (f64::from(v) / leaf).floor());
+        let n = f64::from(sum.n);
+        *centroid = std::array::from_fn(|k| ((corner[k] + sum.steps[k] as f64 * side / n) * leaf) as f32);
+    }
 }
 
 fn sum_points(points: &[Point], some: Range<usize>, cells: &Numbered, leaf: f64, per_side: f64, sums: &mut [Sum]) {

@@ -4,12 +4,18 @@ mod bad_files;
 mod round_trips;
 mod texts;
 
+use crate::content::Content;
+use crate::format::Format;
 use crate::read::scan_from;
+use crate::window::Window;
 use congruent_geometry::RawScan;
 use std::path::Path;
 
 /// Extensions of all formats.
 const EXTENSIONS: [&str; 10] = ["ply", "obj", "stl", "off", "pcd", "xyz", "csv", "las", "laz", "e57"];
+
+/// What a file's format is told by is in its first bytes; here as few as suffice.
+const BLOCK: usize = 100;
 
 /// A bent sheet of 6 × 5 points far from the origin, with normals, faces and a scanner.
 fn sheet() -> RawScan {
@@ -28,11 +34,21 @@ fn sheet() -> RawScan {
 
 /// The sheet as a file.
 fn file_of(extension: &str) -> Vec<u8> {
-    let format = crate::format::Format::of_name(&Path::new("scan").with_extension(extension)).unwrap();
+    let format = Format::of_name(&Path::new("scan").with_extension(extension)).unwrap();
     format.encode(&sheet()).unwrap()
 }
 
-/// A scan, or the message why there is none. The name tells nothing.
+/// A scan, or the message why there is none, however many bytes are read at a time. The name tells nothing.
 fn scan(file: &[u8]) -> Result<RawScan, String> {
-    scan_from(Path::new("scan.dat"), file).map_err(|error| error.to_string())
+    let path = Path::new("scan.dat");
+    let scan = scan_from(path, file).map_err(|error| error.to_string());
+    let content = || Content::of(file.to_vec());
+    if let Ok(format) = Format::recognise(path, &Window::new(content())) {
+        let mut window = Window::of_blocks(content(), BLOCK);
+        window.reach(BLOCK);
+        let in_parts = format.read(path, window).map_err(|error| error.to_string());
+        // Written out, a NaN is like another.
+        assert_eq!(format!("{in_parts:?}"), format!("{scan:?}"));
+    }
+    scan
 }
