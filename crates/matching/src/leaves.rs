@@ -47,31 +47,40 @@ impl<'a> Leaves<'a> {
     /// For each row of the queries the `k` nearest rows of this table.
     pub(crate) fn nearest_k(&self, queries: &Leaves<'_>, k: usize) -> Vec<Vec<Candidate>> {
         let mut found = vec![Vec::new(); queries.features.len()];
-        let by_leaf: Vec<Vec<Vec<Candidate>>> =
-            queries.leaves.par_iter().map(|block| self.nearest_of_block(queries, block, k)).collect();
+        let workplace = || Workplace {
+            others: Vec::with_capacity(self.leaves.len()),
+            place: padded(&vec![0.0; queries.features.dim], 0.0),
+            list: Shortlist::among(queries.features.dim, self.largest_norm, k),
+        };
+        let of_block = |workplace: &mut _, block| self.nearest_of_block(queries, block, workplace);
+        let by_leaf: Vec<Vec<Vec<Candidate>>> = queries.leaves.par_iter().map_init(workplace, of_block).collect();
         for (block, nearest) in queries.leaves.iter().zip(by_leaf) {
             block.rows.iter().zip(nearest).for_each(|(&row, nearest)| found[row as usize] = nearest);
         }
         found
     }
 
-    fn nearest_of_block(&self, queries: &Leaves<'_>, block: &Leaf, k: usize) -> Vec<Vec<Candidate>> {
+    fn nearest_of_block<'b>(
+        &'b self,
+        queries: &Leaves<'_>,
+        block: &Leaf,
+        Workplace { others, place, list }: &mut Workplace<'b>,
+    ) -> Vec<Vec<Candidate>> {
         // The leaf that is most alike first; how far the boxes are from each other says which need no look.
-        let mut others: Vec<(f32, f32, &Leaf)> = self
-            .leaves
-            .iter()
-            .map(|leaf| (middles_sq(block, leaf), gap_sq((&block.low, &block.high), leaf), leaf))
-            .collect();
-        others.sort_by(|a, b| a.0.total_cmp(&b.0));
+        others.clear();
+        others.extend(
+            self.leaves.iter().map(|leaf| (middles_sq(block, leaf), gap_sq((&block.low, &block.high), leaf), leaf)),
+        );
+        others.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         let nearest = |&row: &u32| {
             let query = queries.features.row(row as usize);
-            let place = padded(query, 0.0);
-            let mut list = Shortlist::new(query.len(), queries.norms[row as usize], self.largest_norm, k);
+            place[..query.len()].copy_from_slice(query);
+            list.begin(queries.norms[row as usize]);
             let mut distances = [0.0; LEAF];
-            for (_, between, leaf) in &others {
+            for (_, between, leaf) in &*others {
                 // No sum of squares errs by more than the margin that is in the limit.
                 let limit = list.limit();
-                if *between > limit || gap_sq((&place, &place), leaf) > limit {
+                if *between > limit || gap_sq((place, place), leaf) > limit {
                     continue;
                 }
                 if distances_sq(query, &leaf.columns, limit, &mut distances) {
@@ -82,6 +91,15 @@ impl<'a> Leaves<'a> {
         };
         block.rows.iter().map(nearest).collect()
     }
+}
+
+/// What a thread uses again from query to query.
+struct Workplace<'a> {
+    /// The table's leaves by how much they are like the block; how far the boxes are apart.
+    others: Vec<(f32, f32, &'a Leaf)>,
+    /// The query, as long as registers are.
+    place: Vec<f32>,
+    list: Shortlist,
 }
 
 impl Leaf {

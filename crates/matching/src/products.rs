@@ -33,8 +33,12 @@ impl Search<'_> {
     fn nearest(&self, block: &[f32]) -> Vec<Vec<Candidate>> {
         let dim = self.table.dim;
         let norms: Vec<f32> = block.chunks_exact(dim).map(|query| query.iter().map(|v| v * v).sum()).collect();
-        let mut shortlists: Vec<Shortlist> =
-            norms.iter().map(|&norm| Shortlist::new(dim, norm, self.largest, self.k)).collect();
+        let shortlist = |&norm: &f32| {
+            let mut list = Shortlist::among(dim, self.largest, self.k);
+            list.begin(norm);
+            list
+        };
+        let mut shortlists: Vec<Shortlist> = norms.iter().map(shortlist).collect();
         let mut products = vec![0.0f32; shortlists.len() * TABLE_BLOCK];
         for (number, rows) in self.table.rows.chunks(TABLE_BLOCK * dim).enumerate() {
             let width = rows.len() / dim;
@@ -44,7 +48,7 @@ impl Search<'_> {
                 offer(shortlist, norm, first, dots, &self.norms[first..first + width]);
             }
         }
-        block.chunks_exact(dim).zip(shortlists).map(|(query, list)| list.settle(query, self.table)).collect()
+        block.chunks_exact(dim).zip(&mut shortlists).map(|(query, list)| list.settle(query, self.table)).collect()
     }
 }
 

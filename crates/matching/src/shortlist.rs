@@ -3,8 +3,12 @@
 use crate::Candidate;
 use congruent_descriptors::Features;
 
-/// Rows that may be among the `k` nearest, given that each squared distance is only known to within an error.
+/// Rows that may be among the `k` nearest, given that each squared distance is only known to within an error. Used for one query
+/// after the other.
 pub(crate) struct Shortlist {
+    dim: usize,
+    /// Squared length of the longest row.
+    largest_norm: f32,
     /// Twice the largest error of an approximate squared distance: what is farther than this beyond the k-th best
     /// cannot belong to the best.
     margin: f32,
@@ -12,15 +16,24 @@ pub(crate) struct Shortlist {
     /// Approximate squared distances of the best so far, ascending.
     best: Vec<f32>,
     rows: Vec<(f32, u32)>,
+    /// Rows and distances when they are settled.
+    exact: Vec<(f64, u32)>,
 }
 
 impl Shortlist {
-    /// For a query of this squared length among rows of which the longest has the other.
-    pub(crate) fn new(dim: usize, query_norm: f32, largest_norm: f32, k: usize) -> Self {
+    /// Among rows of which the longest has this squared length.
+    pub(crate) fn among(dim: usize, largest_norm: f32, k: usize) -> Self {
+        let best = Vec::with_capacity(k + 1);
+        Shortlist { dim, largest_norm, margin: 0.0, k, best, rows: Vec::new(), exact: Vec::new() }
+    }
+
+    /// Begins anew, for a query of this squared length.
+    pub(crate) fn begin(&mut self, query_norm: f32) {
         // A sum of n products in any order errs by at most n·u times the sum of their sizes, u = ε/2; the product and
         // the two norms together stay below n·ε·(|a|² + |b|²). A sum of squared differences errs by less.
-        let margin = 2.0 * (dim + 4) as f32 * f32::EPSILON * (query_norm + largest_norm);
-        Shortlist { margin, k, best: Vec::with_capacity(k + 1), rows: Vec::new() }
+        self.margin = 2.0 * (self.dim + 4) as f32 * f32::EPSILON * (query_norm + self.largest_norm);
+        self.best.clear();
+        self.rows.clear();
     }
 
     /// What is farther by the approximate squared distance is not among the nearest.
@@ -40,17 +53,14 @@ impl Shortlist {
     }
 
     /// The nearest, by distances in `f64`; of equal ones the first row.
-    pub(crate) fn settle(self, query: &[f32], table: &Features) -> Vec<Candidate> {
+    pub(crate) fn settle(&mut self, query: &[f32], table: &Features) -> Vec<Candidate> {
         let limit = self.limit();
-        let mut exact: Vec<(f64, u32)> = self
-            .rows
-            .iter()
-            .filter(|(approximate, _)| *approximate <= limit)
-            .map(|&(_, row)| (squared_distance(query, table.row(row as usize)), row))
-            .collect();
-        exact.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        exact.truncate(self.k);
-        exact.iter().map(|&(distance_sq, row)| Candidate { row, distance: distance_sq.sqrt() as f32 }).collect()
+        let near = self.rows.iter().filter(|(approximate, _)| *approximate <= limit);
+        self.exact.clear();
+        self.exact.extend(near.map(|&(_, row)| (squared_distance(query, table.row(row as usize)), row)));
+        self.exact.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        self.exact.truncate(self.k);
+        self.exact.iter().map(|&(distance_sq, row)| Candidate { row, distance: distance_sq.sqrt() as f32 }).collect()
     }
 }
 
