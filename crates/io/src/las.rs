@@ -5,6 +5,7 @@
 //! told from a whole one but by decoding it, and the decoder may stop at a broken promise: there, and only there, a panic
 //! is caught and becomes an error.
 
+use crate::blanked::Blanked;
 use crate::content::Content;
 use congruent_geometry::RawScan;
 use std::io::{self, BufReader, Cursor, Read, Seek, SeekFrom};
@@ -29,7 +30,7 @@ pub(crate) fn is_las(file: &[u8]) -> bool {
 }
 
 pub(crate) fn read(file: Content) -> Result<RawScan, String> {
-    let mut file = BufReader::new(Tidy::new(file).map_err(|error| way_out("header", &error))?);
+    let mut file = BufReader::new(without_extended(file).map_err(|error| way_out("header", &error))?);
     check_counts(&mut file)?;
     let header = las::Header::new(rewound(&mut file)?).map_err(|error| way_out("header", &error))?;
     if header.point_format().is_compressed {
@@ -51,48 +52,19 @@ pub(crate) fn read(file: Content) -> Result<RawScan, String> {
     }
 }
 
-fn rewound(file: &mut BufReader<Tidy>) -> Result<&mut BufReader<Tidy>, String> {
+fn rewound(file: &mut BufReader<Blanked>) -> Result<&mut BufReader<Blanked>, String> {
     file.rewind().map_err(|error| way_out("header", &error))?;
     Ok(file)
 }
 
 /// A file that says it has no extended records.
-struct Tidy {
-    file: Content,
-    at: u64,
-    /// Which bytes read as zero.
-    zeros: std::ops::Range<u64>,
-}
-
-impl Tidy {
-    fn new(mut file: Content) -> io::Result<Tidy> {
-        file.seek(SeekFrom::Start(MINOR_VERSION))?;
-        let mut minor = [0];
-        let is_told = file.read(&mut minor)? > 0;
-        let zeros = if is_told && minor[0] >= FIRST_WITH_EXTENDED { N_EXTENDED } else { 0..0 };
-        file.rewind()?;
-        Ok(Tidy { file, at: 0, zeros })
-    }
-}
-
-impl Read for Tidy {
-    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-        let n = self.file.read(into)?;
-        for (at, byte) in (self.at..).zip(&mut into[..n]).take_while(|(at, _)| *at < self.zeros.end) {
-            if self.zeros.contains(&at) {
-                *byte = 0;
-            }
-        }
-        self.at += n as u64;
-        Ok(n)
-    }
-}
-
-impl Seek for Tidy {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.at = self.file.seek(to)?;
-        Ok(self.at)
-    }
+fn without_extended(mut file: Content) -> io::Result<Blanked> {
+    file.seek(SeekFrom::Start(MINOR_VERSION))?;
+    let mut minor = [0];
+    let is_told = file.read(&mut minor)? > 0;
+    let zeros = if is_told && minor[0] >= FIRST_WITH_EXTENDED { N_EXTENDED } else { 0..0 };
+    file.rewind()?;
+    Ok(Blanked::new(file, zeros))
 }
 
 /// The next block of a LAZ file.
@@ -112,8 +84,8 @@ fn way_out(place: &str, error: &dyn std::fmt::Display) -> String {
 }
 
 /// Refuses more points than the file can hold; the same numbers as the parser will take.
-fn check_counts(file: &mut BufReader<Tidy>) -> Result<(), String> {
-    let length = file.get_ref().file.length();
+fn check_counts(file: &mut BufReader<Blanked>) -> Result<(), String> {
+    let length = file.get_ref().length();
     let raw = las::raw::Header::read_from(rewound(file)?).map_err(|error| way_out("header", &error))?;
     let legacy = u64::from(raw.number_of_point_records);
     let promised = if legacy > 0 { legacy } else { raw.large_file.map_or(0, |large| large.number_of_point_records) };
@@ -134,7 +106,7 @@ fn check_counts(file: &mut BufReader<Tidy>) -> Result<(), String> {
 }
 
 /// Refuses a compressed file whose own tables do not fit it.
-fn check_compression(header: &las::Header, file: &mut BufReader<Tidy>) -> Result<(), String> {
+fn check_compression(header: &las::Header, file: &mut BufReader<Blanked>) -> Result<(), String> {
     let vlr = header.laz_vlr().map_err(|error| way_out("LAZ record", &error))?;
     let record = u64::from(header.point_format().len());
     if vlr.items().is_empty() || vlr.items_size() != record {
@@ -144,7 +116,7 @@ fn check_compression(header: &las::Header, file: &mut BufReader<Tidy>) -> Result
             vlr.items_size()
         ));
     }
-    let length = file.get_ref().file.length();
+    let length = file.get_ref().length();
     let mut number = |at: u64, n: usize| {
         let mut bytes = [0; 8];
         file.seek(SeekFrom::Start(at)).and_then(|_| file.read_exact(&mut bytes[..n])).ok()?;

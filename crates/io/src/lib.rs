@@ -4,6 +4,7 @@
 //! [`write_scan`], [`write_ply`], [`write_pose`] and [`write_file`] put a whole file in place or leave everything as it
 //! was. Memory follows the size of a file, never a number in its header, and no content makes a reader panic.
 
+mod blanked;
 mod content;
 mod dataset;
 mod e57;

@@ -2,15 +2,15 @@
 //!
 //! Corners at the same place become one point. `stl_io` parses; what its parser does not know is tidied before.
 
-use crate::content::Content;
+use crate::blanked::Blanked;
 use crate::text;
 use crate::window::Window;
 use congruent_geometry::RawScan;
 use std::collections::HashMap;
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
 
-/// Bytes of the free text that a binary file begins with.
-const NAME: usize = HEADER - 4;
+/// Where a binary file has a free text.
+const NAME: std::ops::Range<u64> = 0..80;
 /// Bytes before the first triangle of a binary file: a free text and the number of triangles.
 const HEADER: usize = 84;
 /// Bytes of a binary triangle.
@@ -36,7 +36,7 @@ fn is_text(file: &[u8]) -> bool {
 }
 
 fn n_promised(file: &[u8]) -> Option<usize> {
-    let count: [u8; 4] = file.get(NAME..HEADER)?.try_into().ok()?;
+    let count: [u8; 4] = file.get(HEADER - 4..HEADER)?.try_into().ok()?;
     usize::try_from(u32::from_le_bytes(count)).ok()
 }
 
@@ -54,30 +54,8 @@ fn read_binary(file: Window) -> Result<RawScan, String> {
             "the header promises {promised} triangles, the file holds {held}; it is cut short, copy or export it again"
         ));
     }
-    collect(&mut Nameless { file: file.rewound()?, place: 0 })
-}
-
-/// A binary file without its free text, which would be taken for a text file's where it begins with `solid`.
-struct Nameless {
-    file: Content,
-    place: u64,
-}
-
-impl Read for Nameless {
-    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-        let n = self.file.read(into)?;
-        let name = (NAME as u64).saturating_sub(self.place) as usize;
-        into[..n.min(name)].fill(0);
-        self.place += n as u64;
-        Ok(n)
-    }
-}
-
-impl Seek for Nameless {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.place = self.file.seek(to)?;
-        Ok(self.place)
-    }
+    // A free text that begins with `solid` would be taken for a text file.
+    collect(&mut Blanked::new(file.rewound()?, NAME))
 }
 
 fn read_text(file: Window) -> Result<RawScan, String> {

@@ -143,6 +143,7 @@ mod tests {
             }
         }
     }
+
     #[test]
     fn comments_and_blank_lines_are_passed_over() {
         let mut lines = Lines::of(Window::new(Content::of("# a\n\n b # c\n  #\nd".into())));
