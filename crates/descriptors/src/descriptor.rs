@@ -23,11 +23,14 @@ pub trait Descriptor: Send + Sync {
     }
 }
 
+/// Rows that one thread fills at a time, at most.
+const ROWS_AT_A_TIME: usize = 64;
+
 /// Fills a row for each keypoint in parallel and closes the gaps that failures leave.
 pub(crate) fn table(dim: usize, keypoints: &[u32], fill: impl Fn(u32, &mut [f32]) -> bool + Sync) -> Features {
     let mut rows = vec![0.0; dim * keypoints.len()];
-    let valid: Vec<bool> =
-        rows.par_chunks_exact_mut(dim).zip(keypoints).map(|(row, &keypoint)| fill(keypoint, row)).collect();
+    let parts = rows.par_chunks_exact_mut(dim).zip(keypoints).with_max_len(ROWS_AT_A_TIME);
+    let valid: Vec<bool> = parts.map(|(row, &keypoint)| fill(keypoint, row)).collect();
     let mut kept = Vec::with_capacity(keypoints.len());
     for (i, &keypoint) in keypoints.iter().enumerate().filter(|&(i, _)| valid[i]) {
         rows.copy_within(i * dim..(i + 1) * dim, kept.len() * dim);

@@ -175,6 +175,9 @@ fn squared(radius: f64) -> f32 {
     radius as f32 * radius as f32
 }
 
+/// So many parts of a cloud that one thread may end at about the time of the others, and so few that their counts take little memory.
+const PARTS_A_THREAD: usize = 4;
+
 thread_local! {
     /// Places and weights: a list for each keypoint would be given back and taken again from the system.
     static BUFFER: Cell<Vec<(u32, f64)>> = const { Cell::new(Vec::new()) };
@@ -198,7 +201,7 @@ impl PairHistograms {
         let n = surface.len();
         let ordered = Ordered::new(surface, radius);
         let needed: Vec<bool> = ordered.points.cells().order().iter().map(|&i| needed[i as usize]).collect();
-        let share = n.div_ceil(2 * rayon::current_num_threads()).max(1);
+        let share = n.div_ceil(PARTS_A_THREAD * rayon::current_num_threads()).max(1);
         let parts: Vec<Counts> = (0..n.div_ceil(share))
             .into_par_iter()
             .map(|part| Counts::of(&ordered, &needed, radius, part * share..n.min((part + 1) * share)))

@@ -4,6 +4,9 @@ use crate::Graph;
 use crate::graph::ones;
 use rayon::prelude::*;
 
+/// Nodes whose edges one thread counts at a time, at most.
+const NODES_AT_A_TIME: usize = 32;
+
 /// A number for each edge of a graph, from both of its ends, in the order of the rows.
 pub(crate) struct Commons<'a> {
     graph: &'a Graph,
@@ -26,7 +29,7 @@ impl<'a> Commons<'a> {
         let mut starts = vec![0; n + 1];
         (0..n).for_each(|i| starts[i + 1] = starts[i] + graph.degree(i));
         let later = |i: usize| ones(graph.row(i)).filter(move |&j| j > i).map(move |j| graph.common(i, j)).collect();
-        let later: Vec<Vec<u32>> = (0..n).into_par_iter().map(later).collect();
+        let later: Vec<Vec<u32>> = (0..n).into_par_iter().with_max_len(NODES_AT_A_TIME).map(later).collect();
         let mut counts = vec![0; starts[n]];
         // Rows are filled in ascending order, so a row's numbers for earlier nodes come in their order.
         let mut filled = starts.clone();

@@ -10,6 +10,9 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::f32::consts::PI;
 
+/// Rows that one thread fills at a time, at most.
+const ROWS_AT_A_TIME: usize = 32;
+
 /// When two correspondences are compatible; lengths in data units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compatibility {
@@ -38,7 +41,7 @@ impl Graph {
         let words = n.div_ceil(64);
         let nodes = Nodes::new(evidence, rule);
         let mut bits = vec![0u64; n * words];
-        bits.par_chunks_mut(words.max(1)).enumerate().for_each(|(i, row)| {
+        bits.par_chunks_mut(words.max(1)).enumerate().with_max_len(ROWS_AT_A_TIME).for_each(|(i, row)| {
             for (word, bits) in row.iter_mut().enumerate().skip(i / 64) {
                 // Later nodes only.
                 let later = if word == i / 64 { !0 << (i % 64) & !(1 << (i % 64)) } else { !0 };

@@ -8,9 +8,12 @@ use crate::{Distinctness, Hypothesis};
 use congruent_geometry::{RigidTransform, fit_weighted};
 use congruent_metrics::{Evidence, Metric, Score};
 use rayon::prelude::*;
+use std::cell::Cell;
 
 /// Gains below this share of the score end the rounds.
 const MIN_GAIN: f64 = 1e-6;
+/// Poses that one thread takes at a time, at most.
+const CLIMBS_AT_A_TIME: usize = 8;
 
 /// Raises a pose's score by at most `rounds` weighted fits; the best pose seen is the result, the start included.
 #[must_use]
@@ -42,7 +45,7 @@ pub fn optimise_all(
 ) -> Vec<Hypothesis> {
     let mut climbs: Vec<Climb> = starts.into_iter().map(Climb::new).collect();
     for _ in 0..rounds {
-        climbs.par_iter_mut().for_each(|climb| climb.step(metric, evidence));
+        climbs.par_iter_mut().with_max_len(CLIMBS_AT_A_TIME).for_each(|climb| climb.step(metric, evidence));
         climbs.sort_by(|a, b| a.best.best_first(&b.best));
         let apart = distinctness.positions(&climbs, |climb| &climb.best.target_from_source, usize::MAX);
         climbs = apart.into_iter().map(|position| climbs[position]).collect();
@@ -82,13 +85,20 @@ impl Climb {
     }
 }
 
+thread_local! {
+    /// Squared residuals and weights: lists for each fit would be given back and taken again from the system.
+    static BUFFERS: Cell<(Vec<f32>, Vec<f64>)> = const { Cell::new((Vec::new(), Vec::new())) };
+}
+
 /// One weighted fit.
 fn refit(pose: &RigidTransform, metric: &dyn Metric, evidence: &Evidence) -> Option<RigidTransform> {
-    let mut residuals_sq = Vec::new();
+    let (mut residuals_sq, mut weights) = BUFFERS.take();
     evidence.residuals_sq(pose, &mut residuals_sq);
-    let weights = metric.weights(&residuals_sq);
+    metric.weights(&residuals_sq, &mut weights);
     let counted = weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0);
-    fit_weighted(counted.map(|(i, weight)| (evidence.source(i), evidence.target(i), *weight)))
+    let fitted = fit_weighted(counted.map(|(i, weight)| (evidence.source(i), evidence.target(i), *weight)));
+    BUFFERS.set((residuals_sq, weights));
+    fitted
 }
 
 #[cfg(test)]

@@ -15,8 +15,9 @@ use rayon::prelude::*;
 const EDGES_PER_NODE: usize = 40;
 /// Triangles that a pivot proposes.
 const THIRDS: usize = 2;
-/// Pivots that one thread takes at a time, at least.
-const PIVOTS_AT_A_TIME: usize = 256;
+/// Nodes and pivots that one thread takes at a time, at most.
+const NODES_AT_A_TIME: usize = 64;
+const PIVOTS_AT_A_TIME: usize = 64;
 
 /// Proposes one pose for each of a fixed list of triangles.
 pub struct Pivots<'a> {
@@ -55,7 +56,8 @@ impl HypothesisGenerator for Pivots<'_> {
 /// Each node's best edge first (so that no part of the scan is left out), up to half of the limit; then the best of
 /// the others.
 fn pivots(n: usize, commons: &Commons<'_>, limit: usize) -> Vec<Edge> {
-    let by_node: Vec<Vec<Edge>> = (0..n).into_par_iter().map(|i| best_edges(commons, i)).collect();
+    let by_node: Vec<Vec<Edge>> =
+        (0..n).into_par_iter().with_max_len(NODES_AT_A_TIME).map(|i| best_edges(commons, i)).collect();
     let mut firsts: Vec<Edge> = by_node.iter().filter_map(|edges| edges.first().copied()).collect();
     keep_best(&mut firsts, limit / 2);
     let mut others: Vec<Edge> = by_node.iter().flat_map(|edges| edges.iter().skip(1).copied()).collect();
@@ -86,7 +88,7 @@ fn keep_best(edges: &mut Vec<Edge>, n: usize) {
 fn triangles(commons: &Commons<'_>, pivots: &[Edge]) -> Vec<[u32; 3]> {
     let thirds: Vec<[Third; THIRDS]> = pivots
         .par_iter()
-        .with_min_len(PIVOTS_AT_A_TIME)
+        .with_max_len(PIVOTS_AT_A_TIME)
         .map(|pivot| thirds(pivot.ends.map(|end| commons.row(end as usize))))
         .collect();
     let found = |thirds: [Third; THIRDS]| thirds.into_iter().filter(|third| third.common > 0);

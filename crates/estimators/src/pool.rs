@@ -10,9 +10,11 @@ type Cell = [i64; 3];
 /// Where a pose puts the probes.
 type Places = [Vector3<f64>; PROBES];
 
-/// Poses that are looked at together, and that one thread takes at a time, at least.
-const TOGETHER: usize = 4096;
-const PLACED_AT_A_TIME: usize = 256;
+/// Poses that are compared with those kept before them, side by side: so many at first, then twice as many each time.
+const FIRST_TOGETHER: usize = 256;
+const MOST_TOGETHER: usize = 2048;
+/// Poses that one thread compares at a time, at least.
+const COMPARED_AT_A_TIME: usize = 32;
 
 /// Points by which poses are compared.
 const PROBES: usize = 8;
@@ -48,24 +50,26 @@ impl Distinctness {
         pose: impl Fn(&T) -> &RigidTransform + Sync,
         keep: usize,
     ) -> Vec<usize> {
-        let mut kept: Vec<(usize, Places)> = Vec::new();
-        let mut cells: FxHashMap<Cell, Vec<usize>> = FxHashMap::default();
-        for (first, some) in (0..).step_by(TOGETHER).zip(ranked.chunks(TOGETHER)) {
-            let places: Vec<Places> =
-                some.par_iter().with_min_len(PLACED_AT_A_TIME).map(|one| self.places(pose(one))).collect();
-            for (position, places) in (first..).zip(places) {
-                if kept.len() >= keep {
-                    return kept.into_iter().map(|(position, _)| position).collect();
-                }
-                let place = self.place(&places);
-                let mut near = around(&place).filter_map(|near| cells.get(&near)).flatten();
-                if !near.any(|&other| self.same(&kept[other].1, &places)) {
-                    cells.entry(place.map(cell)).or_default().push(kept.len());
-                    kept.push((position, places));
+        let mut kept = Kept { distinctness: self, all: Vec::new(), cells: FxHashMap::default() };
+        let (mut start, mut together) = (0, FIRST_TOGETHER);
+        while start < ranked.len() && kept.all.len() < keep {
+            let end = ranked.len().min(start + together);
+            let new = |position: usize| {
+                let places = self.places(pose(&ranked[position]));
+                kept.differs(&places, 0).then_some((position, places))
+            };
+            let range = (start..end).into_par_iter().with_min_len(COMPARED_AT_A_TIME);
+            let survivors: Vec<(usize, Places)> = range.filter_map(new).collect();
+            // Most are gone; the others are compared with each other.
+            let before = kept.all.len();
+            for (position, places) in survivors {
+                if kept.all.len() < keep && kept.differs(&places, before) {
+                    kept.add(position, places);
                 }
             }
+            (start, together) = (end, MOST_TOGETHER.min(2 * together));
         }
-        kept.into_iter().map(|(position, _)| position).collect()
+        kept.all.into_iter().map(|(position, _)| position).collect()
     }
 
     /// Where the middle of the probes goes, in cells twice as wide as poses must be apart. The middles of like poses are no
@@ -91,6 +95,30 @@ impl Distinctness {
             }
         }
         true
+    }
+}
+
+/// Poses that differ from each other, with their positions.
+struct Kept<'a> {
+    distinctness: &'a Distinctness,
+    all: Vec<(usize, Places)>,
+    /// By the cells in which the middle of the probes of a pose like it may be.
+    cells: FxHashMap<Cell, Vec<usize>>,
+}
+
+impl Kept<'_> {
+    /// Whether a pose is like none of those kept; the first so many are left out.
+    fn differs(&self, places: &Places, first: usize) -> bool {
+        let cell = self.distinctness.place(places).map(cell);
+        let mut near = self.cells.get(&cell).into_iter().flatten();
+        !near.any(|&other| other >= first && self.distinctness.same(&self.all[other].1, places))
+    }
+
+    fn add(&mut self, position: usize, places: Places) {
+        for cell in around(&self.distinctness.place(&places)) {
+            self.cells.entry(cell).or_default().push(self.all.len());
+        }
+        self.all.push((position, places));
     }
 }
 

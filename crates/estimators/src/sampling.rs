@@ -127,10 +127,11 @@ impl Run<'_> {
 
     /// Adds the trials of one round to what was found before.
     fn round(&self, before: Found, trials: Range<u64>) -> Found {
-        let batches: Vec<Found> = (0..(trials.end - trials.start).div_ceil(BATCH))
+        let batches: Vec<Found> = (0..(trials.end - trials.start).div_ceil(BATCH) as usize)
             .into_par_iter()
+            .with_max_len(1)
             .map(|batch| {
-                let start = trials.start + batch * BATCH;
+                let start = trials.start + batch as u64 * BATCH;
                 self.batch(start..trials.end.min(start + BATCH))
             })
             .collect();

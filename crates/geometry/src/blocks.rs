@@ -9,7 +9,7 @@ use std::ops::Range;
 
 /// Numbers that are worked on side by side.
 pub(crate) const LANES: usize = 16;
-/// Rows of cells that one thread takes at a time, at least.
+/// Rows of cells that one thread takes at a time.
 const ROWS_AT_A_TIME: usize = 8;
 
 /// One coordinate of some points; what is left of the last lanes is infinitely far.
@@ -72,8 +72,8 @@ impl OrderedPoints {
             });
             made
         };
-        let made: Vec<Vec<T>> =
-            rows.par_iter().with_min_len(ROWS_AT_A_TIME).map_init(Default::default, of_row).collect();
+        let some = rows.par_iter().with_min_len(ROWS_AT_A_TIME).with_max_len(2 * ROWS_AT_A_TIME);
+        let made: Vec<Vec<T>> = some.map_init(Default::default, of_row).collect();
         made.concat()
     }
 

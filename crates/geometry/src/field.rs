@@ -3,6 +3,7 @@
 use crate::Point;
 use crate::grid::Grid;
 use multiversion::multiversion;
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::ops::Range;
 
@@ -38,26 +39,28 @@ impl NearestField {
         let in_cells = reach as f32 / grid.side + HALF_DIAGONAL;
         // Whatever is nearer than this is within reach.
         let nobody = offer((in_cells * in_cells).next_up(), 0);
-        let mut nearest = Vec::with_capacity(grid.n_cells() + LANES);
         let placed = representatives(&grid, points);
-        let (mut stamp, mut best) = (Stamp::default(), Vec::new());
-        for first in (0..grid.size[2]).step_by(LAYERS) {
+        let mut nearest = vec![0; grid.n_cells() + LANES];
+        nearest[grid.n_cells()..].fill(NOTHING);
+        let of_layers = grid.number([0, 0, LAYERS]).max(1);
+        let slabs =
+            nearest[..grid.n_cells()].par_chunks_mut(of_layers).zip((0..grid.size[2]).into_par_iter().step_by(LAYERS));
+        slabs.for_each_init(Default::default, |(stamp, best): &mut (Stamp, Vec<f64>), (nearest, first)| {
             let layers = first..grid.size[2].min(first + LAYERS);
-            let n_cells = grid.number([0, 0, layers.len()]);
             best.clear();
-            best.resize(n_cells + LANES, nobody);
+            best.resize(nearest.len() + LANES, nobody);
             let above = placed.partition_point(|(place, _)| place[2] + in_cells < layers.start as f32);
             for (place, number) in &placed[above..] {
                 if place[2] - in_cells > layers.end as f32 {
                     break;
                 }
                 stamp.place(&grid, &layers, place, in_cells);
-                press(&stamp, *number, nobody, &mut best);
+                press(stamp, *number, nobody, best);
             }
-            let found = best[..n_cells].iter();
-            nearest.extend(found.map(|&best| if best == nobody { NOTHING } else { best.to_bits() as u32 }));
-        }
-        nearest.extend([NOTHING; LANES]);
+            for (nearest, &best) in nearest.iter_mut().zip(&*best) {
+                *nearest = if best == nobody { NOTHING } else { best.to_bits() as u32 };
+            }
+        });
         NearestField { grid, nearest }
     }
 

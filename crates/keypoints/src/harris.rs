@@ -3,6 +3,7 @@
 //! A point is salient when the normals around it point in three clearly different directions: a corner.
 
 use crate::corner::refined;
+use crate::detector::POINTS_AT_A_TIME;
 use crate::{Detector, Keypoint, Ties, local_maxima};
 use congruent_geometry::{
     Length, Neighborhood, OuterSum, PointNormal, RadiusSearch, Surface, estimate_normals, sorted_eigen, wide,
@@ -112,7 +113,8 @@ impl Detector for Harris {
         let normals = estimate_normals(surface.points(), surface.index(), Neighborhood::Radius(self.radius));
         let around = RadiusSearch::new(surface, self.radius);
         let response = |i| Some(self.response_at(surface, &around, &normals, i)).filter(|r| *r >= self.threshold);
-        let responses: Vec<Option<f64>> = (0..surface.len()).into_par_iter().map(response).collect();
+        let responses: Vec<Option<f64>> =
+            (0..surface.len()).into_par_iter().with_max_len(POINTS_AT_A_TIME).map(response).collect();
         let found = local_maxima(surface, &responses, self.radius, self.ties);
         match self.placement {
             Placement::Kept => found,

@@ -3,6 +3,7 @@
 //! A point is salient when its neighbours spread in three clearly different measures.
 
 use crate::boundary::near_boundary;
+use crate::detector::POINTS_AT_A_TIME;
 use crate::{Detector, Keypoint, Ties, local_maxima, supported};
 use congruent_geometry::{Length, OuterSum, RadiusSearch, Surface, sorted_eigen, wide};
 use nalgebra::{Matrix3, Vector3};
@@ -109,8 +110,11 @@ impl Detector for Iss {
     fn detect(&self, surface: &Surface) -> Vec<Keypoint> {
         let around = RadiusSearch::new(surface, self.salient_radius);
         let weights = self.weights(surface, &around);
-        let mut responses: Vec<Option<f64>> =
-            (0..surface.len()).into_par_iter().map(|i| self.response_at(surface, &around, &weights, i)).collect();
+        let mut responses: Vec<Option<f64>> = (0..surface.len())
+            .into_par_iter()
+            .with_max_len(POINTS_AT_A_TIME)
+            .map(|i| self.response_at(surface, &around, &weights, i))
+            .collect();
         if let Some(radius) = self.boundary_radius {
             let near = near_boundary(surface, radius);
             responses.iter_mut().zip(near).filter(|(_, near)| *near).for_each(|(response, _)| *response = None);

@@ -1,6 +1,7 @@
 //! Non-maximum suppression: of the points that respond, those that respond most in their neighbourhood.
 
 use crate::Keypoint;
+use crate::detector::POINTS_AT_A_TIME;
 use congruent_geometry::{RadiusSearch, Surface};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -43,7 +44,7 @@ pub fn local_maxima(surface: &Surface, responses: &[Option<f64>], radius: f64, t
         });
         (!beaten).then_some(Keypoint { index, response })
     };
-    (0..surface.len() as u32).into_par_iter().filter_map(keypoint).collect()
+    (0..surface.len() as u32).into_par_iter().with_max_len(POINTS_AT_A_TIME).filter_map(keypoint).collect()
 }
 
 #[cfg(test)]

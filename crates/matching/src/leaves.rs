@@ -13,6 +13,8 @@ use rayon::prelude::*;
 const LEAF: usize = 32;
 /// Numbers in a register.
 const LANES: usize = 8;
+/// Leaves of queries that one thread takes at a time, at most.
+const LEAVES_AT_A_TIME: usize = 4;
 /// Rows from whose spread the dimension of a cut is chosen.
 const LOOKED_AT: usize = 256;
 
@@ -53,7 +55,8 @@ impl<'a> Leaves<'a> {
             list: Shortlist::among(queries.features.dim, self.largest_norm, k),
         };
         let of_block = |workplace: &mut _, block| self.nearest_of_block(queries, block, workplace);
-        let by_leaf: Vec<Vec<Vec<Candidate>>> = queries.leaves.par_iter().map_init(workplace, of_block).collect();
+        let by_leaf: Vec<Vec<Vec<Candidate>>> =
+            queries.leaves.par_iter().with_max_len(LEAVES_AT_A_TIME).map_init(workplace, of_block).collect();
         for (block, nearest) in queries.leaves.iter().zip(by_leaf) {
             block.rows.iter().zip(nearest).for_each(|(&row, nearest)| found[row as usize] = nearest);
         }

@@ -84,8 +84,10 @@ pub fn agreement(
     target_from_source: &RigidTransform,
     rule: &DenseRule,
 ) -> DenseAgreement {
-    let forth = Tally::of(source.surface, target, target_from_source, rule);
-    let back = Tally::of(target.surface, source, &target_from_source.inverse(), rule);
+    let (forth, back) = rayon::join(
+        || Tally::of(source.surface, target, target_from_source, rule),
+        || Tally::of(target.surface, source, &target_from_source.inverse(), rule),
+    );
     let mean = |pick: fn(&Tally) -> f64| (forth.share(pick) + back.share(pick)) / 2.0;
     let overlapping = forth.overlapping + back.overlapping;
     DenseAgreement {

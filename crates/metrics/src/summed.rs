@@ -16,9 +16,10 @@ pub trait Metric: Send + Sync {
     /// Weight of a pair with this residual (data units) in the least-squares fit that raises the score.
     fn weight(&self, residual: f64) -> f64;
 
-    /// The same for many pairs, from their squared residuals.
-    fn weights(&self, residuals_sq: &[f32]) -> Vec<f64> {
-        residuals_sq.iter().map(|residual_sq| self.weight(f64::from(*residual_sq).sqrt())).collect()
+    /// The same for many pairs, from their squared residuals, into `weights`.
+    fn weights(&self, residuals_sq: &[f32], weights: &mut Vec<f64>) {
+        weights.clear();
+        weights.extend(residuals_sq.iter().map(|residual_sq| self.weight(f64::from(*residual_sq).sqrt())));
     }
 }
 

@@ -22,6 +22,8 @@ const MAX_OTHERS: usize = 5;
 const PROBE_STRIDE: usize = 37;
 /// Points that one short refinement uses in a round.
 const REFINEMENT_POINTS: usize = 1200;
+/// Poses that one thread looks at at a time, at most.
+const POSES_AT_A_TIME: usize = 4;
 
 /// Where the closest points of a surface are looked up, however its normals point.
 pub(crate) struct Fields {
@@ -85,7 +87,8 @@ impl<'a> Ranking<'a> {
     /// Looks at all poses of a pool as they are.
     pub(crate) fn order(&self, poses: &[RigidTransform]) -> Order {
         let rough = self.config.rough_rule(self.resolution);
-        let mut promising: Vec<Ranked> = poses.par_iter().map(|pose| self.judged(pose, &rough)).collect();
+        let mut promising: Vec<Ranked> =
+            poses.par_iter().with_max_len(POSES_AT_A_TIME).map(|pose| self.judged(pose, &rough)).collect();
         sort(&mut promising);
         Order { promising, refined: Vec::new() }
     }
@@ -94,7 +97,9 @@ impl<'a> Ranking<'a> {
     pub(crate) fn best(&self, order: &mut Order) -> Vec<Ranked> {
         let wanted = self.config.refined.max(1).min(order.promising.len());
         let known = order.refined.len().min(wanted);
-        order.refined.par_extend(order.promising[known..wanted].par_iter().map(|ranked| self.refined(ranked)));
+        order
+            .refined
+            .par_extend(order.promising[known..wanted].par_iter().with_max_len(1).map(|ranked| self.refined(ranked)));
         let mut best = order.refined[..wanted].to_vec();
         sort(&mut best);
         best

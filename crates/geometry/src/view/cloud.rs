@@ -15,6 +15,10 @@ const RINGS: [f64; 3] = [0.14, 0.08, 0.04];
 const NEAR_DISTANCES: [f64; 8] = [0.15, 0.35, 0.6, 0.9, 1.3, 1.8, 2.5, 4.0];
 const NEAR_DIRECTIONS: usize = 48;
 const NEAR_STEPS: usize = 80;
+/// Of these, and of points that are looked around, one thread takes so many at a time, at most.
+const DIRECTIONS_AT_A_TIME: usize = 2;
+const VIEWPOINTS_AT_A_TIME: usize = 8;
+const POINTS_AT_A_TIME: usize = 256;
 
 /// Two neighbours whose normals are nearly parallel, and whether they point the same way as they are stored.
 struct Edge {
@@ -101,7 +105,7 @@ impl<'a> Cloud<'a> {
             };
             near.iter().filter(|n| n.index != i as u32).take(EDGES).filter_map(edge).collect::<Vec<_>>()
         };
-        let some = (0..points.len()).into_par_iter().step_by(2);
+        let some = (0..points.len()).into_par_iter().step_by(2).with_max_len(POINTS_AT_A_TIME);
         let edges: Vec<Vec<Edge>> = some.map_init(Vec::new, of_point).collect();
         let few = |all: &[Point]| columns(&all.iter().step_by(STRIDE).copied().collect::<Vec<_>>());
         Cloud {
@@ -127,8 +131,9 @@ impl<'a> Cloud<'a> {
             torn + hidden - 0.1 * facing
         };
         let candidates: Vec<Vector3<f64>> = sphere(DIRECTIONS).filter(|d| d.z >= 0.0).collect();
-        let mut costs: Vec<(f64, usize)> =
-            candidates.par_iter().map_init(Workplace::default, cost).collect::<Vec<_>>().into_iter().zip(0..).collect();
+        let parts = candidates.par_iter().with_max_len(DIRECTIONS_AT_A_TIME);
+        let found: Vec<f64> = parts.map_init(Workplace::default, cost).collect();
+        let mut costs: Vec<(f64, usize)> = found.into_iter().zip(0..).collect();
         costs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let refined: Vec<(f64, Vector3<f64>)> = costs
             .par_iter()
@@ -196,7 +201,7 @@ impl<'a> Cloud<'a> {
             });
             if count < 6.0 { 0.0 } else { -(sum / count).dot(&wide(self.normals[i])) / reach }
         };
-        let some = (0..self.points.len()).into_par_iter().step_by(4);
+        let some = (0..self.points.len()).into_par_iter().step_by(4).with_max_len(POINTS_AT_A_TIME);
         let sampled: Vec<f64> = some.map(|i| if keep(i) { bulge(i) } else { -bulge(i) }).collect();
         sampled.iter().sum::<f64>() / sampled.len().max(1) as f64
     }
@@ -213,7 +218,8 @@ impl<'a> Cloud<'a> {
         let candidates: Vec<Vector3<f64>> =
             std::iter::once(Vector3::zeros()).chain(around).map(|offset| self.middle + offset * self.radius).collect();
         let cost = |workplace: &mut Workplace, viewpoint: &Vector3<f64>| self.near_cost(workplace, viewpoint);
-        let costs: Vec<f64> = candidates.par_iter().map_init(Workplace::default, cost).collect();
+        let parts = candidates.par_iter().with_max_len(VIEWPOINTS_AT_A_TIME);
+        let costs: Vec<f64> = parts.map_init(Workplace::default, cost).collect();
         let first = (0..costs.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0);
         let (mut best, mut cost) = (candidates[first], costs[first]);
         let mut step = 0.3 * (0.5 * self.radius).max((best - self.middle).norm());

@@ -8,10 +8,14 @@
 use crate::{AContrarioConfig, Failure};
 use congruent_geometry::RigidTransform;
 use congruent_metrics::Evidence;
-use nalgebra::Point3;
+use multiversion::multiversion;
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
 
 /// Correspondences that made the pose and so fit it anyway.
 const SAMPLE_SIZE: usize = 3;
+/// Source points whose combinations one thread counts at a time, at least.
+const COUNTED_AT_A_TIME: usize = 128;
 
 /// What the test says.
 pub(crate) struct Significance {
@@ -56,15 +60,25 @@ impl Significance {
 /// because one more combination might have been.
 fn chance_of_inlier(pose: &RigidTransform, evidence: &Evidence, threshold: f64) -> f64 {
     let n = evidence.len();
-    let targets: Vec<Point3<f64>> = (0..n).map(|i| Point3::from(evidence.target(i))).collect();
-    let threshold_sq = threshold * threshold;
-    let together: usize = (0..n)
-        .map(|i| {
-            let moved = pose * Point3::from(evidence.source(i));
-            targets.iter().filter(|q| (moved - **q).norm_squared() < threshold_sq).count()
-        })
-        .sum();
+    let targets: Vec<Vector3<f64>> = (0..n).map(|i| evidence.target(i)).collect();
+    let columns: [Vec<f64>; 3] = std::array::from_fn(|axis| targets.iter().map(|target| target[axis]).collect());
+    let near = |i: usize| {
+        let moved = pose * Point3::from(evidence.source(i));
+        count_near(moved.into(), columns.each_ref().map(Vec::as_slice), threshold * threshold)
+    };
+    let together: u64 = (0..n).into_par_iter().with_min_len(COUNTED_AT_A_TIME).map(near).sum();
     ((together as f64 + 1.0) / ((n * n) as f64 + 1.0)).min(1.0)
+}
+
+/// How many places, a coordinate after the other, are closer to a point than a limit.
+#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
+fn count_near(point: [f64; 3], [xs, ys, zs]: [&[f64]; 3], limit_sq: f64) -> u64 {
+    let mut near = 0;
+    for ((x, y), z) in xs.iter().zip(ys).zip(zs) {
+        let [x, y, z] = [point[0] - x, point[1] - y, point[2] - z];
+        near += u64::from(x * x + y * y + z * z < limit_sq);
+    }
+    near
 }
 
 /// `ln P[B ≥ k]` for a binomial count of `n` draws with chance `p`.
