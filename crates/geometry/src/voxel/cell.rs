@@ -7,8 +7,8 @@ use rayon::prelude::*;
 /// The whole part of a place, in sides of a cell.
 pub(super) type Cell = [i64; 3];
 
-/// Keys that one thread makes at a time.
-const KEYS_AT_A_TIME: usize = 4096;
+/// Points whose cells one thread numbers at a time.
+const NUMBERS_AT_A_TIME: usize = 4096;
 
 #[inline]
 pub(super) fn cell(p: &Point, leaf: f64) -> Cell {
@@ -23,6 +23,8 @@ pub(super) fn cell(p: &Point, leaf: f64) -> Cell {
 /// Cells as single numbers in the same order, where all of a cloud's fit.
 pub(super) struct Packing {
     low: Cell,
+    /// Cells along each axis.
+    size: [u64; 3],
     bits: [u32; 3],
 }
 
@@ -31,24 +33,25 @@ impl Packing {
     pub(super) fn of((low, high): &(Point, Point), leaf: f64) -> Option<Packing> {
         let corners = Some((low, high)).filter(|(low, high)| low[0] <= high[0]);
         let (low, high) = corners.map(|(low, high)| (cell(low, leaf), cell(high, leaf)))?;
-        let bits = std::array::from_fn(|k| u64::BITS - high[k].abs_diff(low[k]).leading_zeros());
-        (bits.iter().sum::<u32>() <= u64::BITS).then_some(Packing { low, bits })
+        let last: [u64; 3] = std::array::from_fn(|k| high[k].abs_diff(low[k]));
+        let (size, bits) = (last.map(|last| last.saturating_add(1)), last.map(|last| u64::BITS - last.leading_zeros()));
+        (bits.iter().sum::<u32>() <= u64::BITS).then_some(Packing { low, size, bits })
     }
 
-    /// One more than the largest key, where that is not above the limit.
-    pub(super) fn few_keys(&self, limit: usize) -> Option<usize> {
-        let n = 1usize.checked_shl(self.bits.iter().sum())?;
+    /// How many cells the cloud's box has, where they are not more than the limit.
+    pub(super) fn few_cells(&self, limit: usize) -> Option<usize> {
+        let n = self.size.iter().try_fold(1usize, |n, &size| n.checked_mul(usize::try_from(size).ok()?))?;
         (n <= limit && n <= 1 << 31).then_some(n)
     }
 
-    /// The keys of all points, where there are few.
-    pub(super) fn keys(&self, points: &[Point], leaf: f64) -> Vec<u32> {
-        let mut keys = vec![0; points.len()];
-        let shifts = [self.bits[1] + self.bits[2], self.bits[2], 0];
+    /// The numbers of the cells of all points among those of the box, where these are few.
+    pub(super) fn numbers(&self, points: &[Point], leaf: f64) -> Vec<u32> {
+        let mut numbers = vec![0; points.len()];
+        let steps = [self.size[1] * self.size[2], self.size[2], 1].map(|step| step as u32);
         let low = self.low.map(|low| low as f64);
-        let blocks = keys.par_chunks_mut(KEYS_AT_A_TIME).zip(points.par_chunks(KEYS_AT_A_TIME));
-        blocks.for_each(|(keys, points)| small_keys(points, leaf, low, shifts, keys));
-        keys
+        let blocks = numbers.par_chunks_mut(NUMBERS_AT_A_TIME).zip(points.par_chunks(NUMBERS_AT_A_TIME));
+        blocks.for_each(|(numbers, points)| number_cells(points, leaf, low, steps, numbers));
+        numbers
     }
 
     #[inline]
@@ -60,14 +63,14 @@ impl Packing {
     }
 }
 
-/// As [`Packing::key`], of keys below 2³¹.
+/// Of a box of at most 2³¹ cells, whose numbers grow by so many steps along each axis.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
-fn small_keys(points: &[Point], leaf: f64, low: [f64; 3], shifts: [u32; 3], keys: &mut [u32]) {
-    for (key, point) in keys.iter_mut().zip(points) {
+fn number_cells(points: &[Point], leaf: f64, low: [f64; 3], steps: [u32; 3], numbers: &mut [u32]) {
+    for (number, point) in numbers.iter_mut().zip(points) {
         // Below 2⁵³, so the difference is exact.
-        let steps: [u32; 3] =
+        let [x, y, z]: [u32; 3] =
             std::array::from_fn(|axis| whole((f64::from(point[axis]) / leaf).floor() - low[axis]) as u32);
-        *key = steps[0] << shifts[0] | steps[1] << shifts[1] | steps[2];
+        *number = x * steps[0] + y * steps[1] + z;
     }
 }
 

@@ -34,10 +34,10 @@ pub fn voxel_centroids(points: &[Point], normals: Option<&[Point]>, leaf: f64) -
     let corners = bounds(points);
     let leaf = usable(&corners, leaf);
     let numbered = match Packing::of(&corners, leaf) {
-        Some(packing) => match packing.few_keys(MAX_BITS_PER_POINT * points.len()) {
-            Some(n_keys) => {
-                let keys = packing.keys(points, leaf);
-                Marks::new(&keys, n_keys).numbered(keys)
+        Some(packing) => match packing.few_cells(MAX_BITS_PER_POINT * points.len()) {
+            Some(n_cells) => {
+                let numbers = packing.numbers(points, leaf);
+                Marks::new(&numbers, n_cells).numbered(numbers)
             }
             None => Numbered::by_sorting(points, |p| packing.key(&cell(p, leaf))),
         },
@@ -52,8 +52,8 @@ pub fn voxel_count(points: &[Point], leaf: f64) -> usize {
     let corners = bounds(points);
     let leaf = usable(&corners, leaf);
     match Packing::of(&corners, leaf) {
-        Some(packing) => match packing.few_keys(MAX_BITS_PER_POINT * points.len()) {
-            Some(n_keys) => Marks::new(&packing.keys(points, leaf), n_keys).count(),
+        Some(packing) => match packing.few_cells(MAX_BITS_PER_POINT * points.len()) {
+            Some(n_cells) => Marks::new(&packing.numbers(points, leaf), n_cells).count(),
             None => distinct(points, |p| packing.key(&cell(p, leaf))),
         },
         None => distinct(points, |p| cell(p, leaf)),
