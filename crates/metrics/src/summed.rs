@@ -107,20 +107,24 @@ fn total<K: Kernel>(kernel: &K, pose: &Rows, evidence: &Evidence) -> f32 {
             sums[lane] += kernel.gain(residuals_sq[lane]);
         }
     }
-    // What is left, with nothing in the other lanes.
-    let (p, q) = ([padded(px.1), padded(py.1), padded(pz.1)], [padded(qx.1), padded(qy.1), padded(qz.1)]);
-    let residuals_sq = pose.residuals_sq([&p[0], &p[1], &p[2]], [&q[0], &q[1], &q[2]]);
-    for lane in 0..px.1.len() {
-        sums[lane] += kernel.gain(residuals_sq[lane]);
+    // What is left is in the last of these lanes.
+    let left = px.1.len();
+    let [p, q] = [&evidence.source, &evidence.target].map(|axes| axes.each_ref().map(|axis| last(axis)));
+    let residuals_sq = pose.residuals_sq(p.each_ref(), q.each_ref());
+    for lane in 0..left {
+        sums[lane] += kernel.gain(residuals_sq[LANES - left + lane]);
     }
     across(sums)
 }
 
+/// The last numbers, after zeros where there are fewer.
 #[inline(always)]
-fn padded(rest: &[f32]) -> [f32; LANES] {
-    let mut lanes = [0.0; LANES];
-    lanes[..rest.len()].copy_from_slice(rest);
-    lanes
+fn last(axis: &[f32]) -> [f32; LANES] {
+    axis.last_chunk().copied().unwrap_or_else(|| {
+        let mut lanes = [0.0; LANES];
+        lanes[LANES - axis.len()..].copy_from_slice(axis);
+        lanes
+    })
 }
 
 impl Evidence {
