@@ -3,6 +3,8 @@
 use congruent_geometry::{Point, RigidTransform, wide};
 use nalgebra::{Matrix3, Vector3};
 
+/// Pairs that are looked at side by side.
+pub(crate) const LANES: usize = 16;
 /// Axes as far from orthonormal as this (norm of the difference to the identity) are no frame.
 const MAX_SKEW: f64 = 1e-3;
 
@@ -11,6 +13,9 @@ const MAX_SKEW: f64 = 1e-3;
 pub struct Evidence {
     pub(crate) source: [Vec<f32>; 3],
     pub(crate) target: [Vec<f32>; 3],
+    /// Those after the last whole register, with nothing in the other lanes.
+    pub(crate) rest_of_source: [[f32; LANES]; 3],
+    pub(crate) rest_of_target: [[f32; LANES]; 3],
     /// Unit normals at the two points, or zero; empty where nobody gave any.
     normals: Vec<(Point, Point)>,
     /// Reference frames at the two points; empty where nobody gave any.
@@ -27,6 +32,8 @@ impl Evidence {
                 evidence.target[axis].push(q[axis]);
             }
         }
+        evidence.rest_of_source = evidence.source.each_ref().map(|axis| rest(axis));
+        evidence.rest_of_target = evidence.target.each_ref().map(|axis| rest(axis));
         evidence
     }
 
@@ -104,6 +111,14 @@ impl Evidence {
 
 fn is_rotation(axes: &Matrix3<f64>) -> bool {
     (axes * axes.transpose() - Matrix3::identity()).norm() < MAX_SKEW && axes.determinant() > 0.0
+}
+
+/// What follows the last whole register, before zeros.
+fn rest(axis: &[f32]) -> [f32; LANES] {
+    let (_, rest) = axis.as_chunks::<LANES>();
+    let mut lanes = [0.0; LANES];
+    lanes[..rest.len()].copy_from_slice(rest);
+    lanes
 }
 
 #[cfg(test)]

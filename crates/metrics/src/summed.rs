@@ -1,12 +1,10 @@
 //! The one hot loop: residuals of all pairs under a pose, their gains added up.
 
+use crate::evidence::LANES;
 use crate::{Evidence, Kernel, Score};
 use congruent_geometry::RigidTransform;
 use congruent_geometry::lanes::across;
 use multiversion::multiversion;
-
-/// Pairs whose gains are added side by side.
-const LANES: usize = 16;
 
 /// Scores a hypothesis.
 pub trait Metric: Send + Sync {
@@ -89,42 +87,39 @@ impl Rows {
     }
 }
 
-/// Compiled once for each instruction set and chosen at run time. No product is fused with a sum, and the lanes are
-/// added in a fixed order, so the bits are the same on all of them.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+/// The gains of all pairs, lane by lane, in a fixed order.
 fn total<K: Kernel>(kernel: &K, pose: &Rows, evidence: &Evidence) -> f32 {
+    let mut sums = [0.0f32; LANES];
+    add_gains(kernel, pose, evidence, &mut sums);
+    across(sums)
+}
+
+/// Compiled once for each instruction set and chosen at run time. No product is fused with a sum, and the lanes are
+/// added in a fixed order, so the bits are the same on all of them. The sums go to memory: where they were added up here,
+/// the compiler would cut the registers into pieces.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
+fn add_gains<K: Kernel>(kernel: &K, pose: &Rows, evidence: &Evidence, sums: &mut [f32; LANES]) {
     let [px, py, pz] = evidence.source.each_ref().map(|axis| axis.as_chunks::<LANES>());
     let [qx, qy, qz] = evidence.target.each_ref().map(|axis| axis.as_chunks::<LANES>());
     let blocks = px.0.len();
     let (py_blocks, pz_blocks) = (&py.0[..blocks], &pz.0[..blocks]);
     let (qx_blocks, qy_blocks, qz_blocks) = (&qx.0[..blocks], &qy.0[..blocks], &qz.0[..blocks]);
-    let mut sums = [0.0f32; LANES];
+    let mut own = [0.0f32; LANES];
     for b in 0..blocks {
         let p = [&px.0[b], &py_blocks[b], &pz_blocks[b]];
         let q = [&qx_blocks[b], &qy_blocks[b], &qz_blocks[b]];
         let residuals_sq = pose.residuals_sq(p, q);
         for lane in 0..LANES {
-            sums[lane] += kernel.gain(residuals_sq[lane]);
+            own[lane] += kernel.gain(residuals_sq[lane]);
         }
     }
-    // What is left is in the last of these lanes.
-    let left = px.1.len();
-    let [p, q] = [&evidence.source, &evidence.target].map(|axes| axes.each_ref().map(|axis| last(axis)));
-    let residuals_sq = pose.residuals_sq(p.each_ref(), q.each_ref());
-    for lane in 0..left {
-        sums[lane] += kernel.gain(residuals_sq[LANES - left + lane]);
+    let (p, q, left) = (&evidence.rest_of_source, &evidence.rest_of_target, px.1.len());
+    let residuals_sq = pose.residuals_sq([&p[0], &p[1], &p[2]], [&q[0], &q[1], &q[2]]);
+    for lane in 0..LANES {
+        let gain = kernel.gain(residuals_sq[lane]);
+        own[lane] += if lane < left { gain } else { 0.0 };
     }
-    across(sums)
-}
-
-/// The last numbers, after zeros where there are fewer.
-#[inline(always)]
-fn last(axis: &[f32]) -> [f32; LANES] {
-    axis.last_chunk().copied().unwrap_or_else(|| {
-        let mut lanes = [0.0; LANES];
-        lanes[LANES - axis.len()..].copy_from_slice(axis);
-        lanes
-    })
+    *sums = own;
 }
 
 impl Evidence {
