@@ -11,8 +11,6 @@ use rayon::prelude::*;
 
 /// Points whose sums one thread makes at a time; fixed, so that the order of additions is too.
 const CHUNK: usize = 1024;
-/// Such parts that are worth waking another thread.
-const CHUNKS_AT_A_TIME: usize = 2;
 /// Share of the rounds over which the radius shrinks.
 const SHRINKING: f64 = 0.7;
 /// The robust support of a pose may not fall below this share of what it was.
@@ -158,7 +156,7 @@ impl Subset {
         let mut last = self.last.chunks_mut(CHUNK);
         let chunks: Vec<_> =
             self.points.chunks(CHUNK).map(|points| (points, last.next().unwrap_or_default())).collect();
-        chunks.into_par_iter().with_min_len(CHUNKS_AT_A_TIME).map(one_chunk).collect()
+        chunks.into_par_iter().map(one_chunk).collect()
     }
 }
 
