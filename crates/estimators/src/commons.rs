@@ -10,9 +10,8 @@ const NODES_AT_A_TIME: usize = 32;
 /// A number for each edge of a graph, from both of its ends, in the order of the rows.
 pub(crate) struct Commons<'a> {
     graph: &'a Graph,
-    /// For each node where its numbers begin, and the end at last.
-    starts: Vec<usize>,
-    counts: Vec<u32>,
+    /// For each node.
+    counts: Vec<Vec<u32>>,
 }
 
 /// The neighbours of a node.
@@ -25,28 +24,13 @@ pub(crate) struct Row<'a> {
 
 impl<'a> Commons<'a> {
     pub(crate) fn new(graph: &'a Graph) -> Self {
-        let n = graph.len();
-        let mut starts = vec![0; n + 1];
-        (0..n).for_each(|i| starts[i + 1] = starts[i] + graph.degree(i));
-        let later = |i: usize| ones(graph.row(i)).filter(move |&j| j > i).map(move |j| graph.common(i, j)).collect();
-        let later: Vec<Vec<u32>> = (0..n).into_par_iter().with_max_len(NODES_AT_A_TIME).map(later).collect();
-        let mut counts = vec![0; starts[n]];
-        // Rows are filled in ascending order, so a row's numbers for earlier nodes come in their order.
-        let mut filled = starts.clone();
-        for (i, later) in later.iter().enumerate() {
-            let end = starts[i + 1];
-            counts[end - later.len()..end].copy_from_slice(later);
-            for (j, &count) in ones(graph.row(i)).filter(|&j| j > i).zip(later) {
-                counts[filled[j]] = count;
-                filled[j] += 1;
-            }
-        }
-        Commons { graph, starts, counts }
+        let later = Later::new(graph);
+        Commons { graph, counts: of_nodes(graph, |i| later.with_earlier(i)) }
     }
 
     /// A node's neighbours as bits, and the numbers of their edges.
     pub(crate) fn row(&self, i: usize) -> Row<'_> {
-        Row { bits: self.graph.row(i), counts: &self.counts[self.starts[i]..self.starts[i + 1]] }
+        Row { bits: self.graph.row(i), counts: &self.counts[i] }
     }
 
     /// The neighbours of a node, ascending, with the numbers of their edges.
@@ -54,6 +38,58 @@ impl<'a> Commons<'a> {
         let Row { bits, counts } = self.row(i);
         ones(bits).zip(counts.iter().copied())
     }
+}
+
+/// The numbers of the edges to later nodes.
+struct Later<'a> {
+    graph: &'a Graph,
+    counts: Vec<Vec<u32>>,
+    /// For each word of a node's bits how many neighbours come before it, and how many there are.
+    before: Vec<Vec<u32>>,
+}
+
+impl<'a> Later<'a> {
+    fn new(graph: &'a Graph) -> Self {
+        let before = of_nodes(graph, |i| before_words(graph.row(i)));
+        let counts = of_nodes(graph, |i| {
+            let earlier = ones(graph.row(i)).take_while(|&j| j < i).count();
+            let mut counts = Vec::with_capacity(graph.degree(i) - earlier);
+            counts.extend(ones(graph.row(i)).skip(earlier).map(|j| graph.common(i, j)));
+            counts
+        });
+        Later { graph, counts, before }
+    }
+
+    /// The number of the edge from `i` to a later `j`.
+    fn of(&self, i: usize, j: usize) -> u32 {
+        let (before, counts) = (&self.before[i], &self.counts[i]);
+        let in_word = (self.graph.row(i)[j / 64] & ((1 << (j % 64)) - 1)).count_ones();
+        let [at, end] = [before[j / 64] + in_word, before[before.len() - 1]].map(|place| place as usize);
+        counts[counts.len() - (end - at)]
+    }
+
+    /// The numbers of all edges of a node.
+    fn with_earlier(&self, j: usize) -> Vec<u32> {
+        let row = self.graph.row(j);
+        let mut counts = Vec::with_capacity(self.graph.degree(j));
+        counts.extend(ones(row).take_while(|&i| i < j).map(|i| self.of(i, j)));
+        counts.extend_from_slice(&self.counts[j]);
+        counts
+    }
+}
+
+fn before_words(row: &[u64]) -> Vec<u32> {
+    let mut before = Vec::with_capacity(row.len() + 1);
+    before.push(0);
+    before.extend(row.iter().scan(0, |sum, word| {
+        *sum += word.count_ones();
+        Some(*sum)
+    }));
+    before
+}
+
+fn of_nodes<T: Send>(graph: &Graph, of_node: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+    (0..graph.len()).into_par_iter().with_max_len(NODES_AT_A_TIME).map(of_node).collect()
 }
 
 #[cfg(test)]

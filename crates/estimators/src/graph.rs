@@ -99,13 +99,36 @@ impl Graph {
         shared(self.row(i), self.row(j))
     }
 
-    /// Copies the upper triangle into the lower one.
+    /// Copies the upper triangle into the lower one, squares of 64 by 64 at a time.
     fn mirror(&mut self) {
-        for i in 0..self.n {
-            for j in ones(&self.bits[i * self.words..(i + 1) * self.words]).filter(|&j| j > i).collect::<Vec<_>>() {
-                self.bits[j * self.words + i / 64] |= 1 << (i % 64);
+        let (n, words) = (self.n, self.words);
+        for band in 0..words {
+            for word in band..words {
+                let (mut square, columns) = ([0; 64], 64 * word..n.min(64 * word + 64));
+                for (own, row) in square.iter_mut().zip(64 * band..n) {
+                    *own = self.bits[row * words + word];
+                }
+                transpose(&mut square);
+                for (row, bits) in columns.zip(square) {
+                    self.bits[row * words + band] |= bits;
+                }
             }
         }
+    }
+}
+
+/// Swaps rows and columns of a square of bits: the halves that are off the diagonal, then theirs, down to single bits.
+fn transpose(square: &mut [u64; 64]) {
+    let mut width = 32;
+    let mut low = u64::MAX >> 32;
+    while width > 0 {
+        for first in (0..64).filter(|row| row & width == 0) {
+            let swapped = (square[first] >> width ^ square[first + width]) & low;
+            square[first] ^= swapped << width;
+            square[first + width] ^= swapped;
+        }
+        width /= 2;
+        low ^= low << width;
     }
 }
 

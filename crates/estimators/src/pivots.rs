@@ -6,10 +6,11 @@
 
 use crate::commons::{Commons, Row};
 use crate::{Graph, HypothesisGenerator};
-use congruent_geometry::{RigidTransform, fit_three};
+use congruent_geometry::{RigidTransform, Spare, fit_three};
 use congruent_metrics::Evidence;
 use multiversion::multiversion;
 use rayon::prelude::*;
+use std::cmp::Reverse;
 
 /// Edges of a node that are considered.
 const EDGES_PER_NODE: usize = 40;
@@ -25,11 +26,11 @@ pub struct Pivots<'a> {
     triangles: Vec<[u32; 3]>,
 }
 
-/// An edge and how many neighbours its ends share.
-#[derive(Clone, Copy)]
+/// An edge and how many neighbours its ends share. Better connected ones are greater; of equals the first in the graph.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Edge {
     common: u32,
-    ends: [u32; 2],
+    ends: Reverse<[u32; 2]>,
 }
 
 impl<'a> Pivots<'a> {
@@ -56,8 +57,9 @@ impl HypothesisGenerator for Pivots<'_> {
 /// Each node's best edge first (so that no part of the scan is left out), up to half of the limit; then the best of
 /// the others.
 fn pivots(n: usize, commons: &Commons<'_>, limit: usize) -> Vec<Edge> {
-    let by_node: Vec<Vec<Edge>> =
-        (0..n).into_par_iter().with_max_len(NODES_AT_A_TIME).map(|i| best_edges(commons, i)).collect();
+    let spare = Spare::default();
+    let best_of = |i: usize| spare.with(|edges| best_edges(commons, i, edges));
+    let by_node: Vec<Vec<Edge>> = (0..n).into_par_iter().with_max_len(NODES_AT_A_TIME).map(best_of).collect();
     let mut firsts: Vec<Edge> = by_node.iter().filter_map(|edges| edges.first().copied()).collect();
     keep_best(&mut firsts, limit / 2);
     let mut others: Vec<Edge> = by_node.iter().flat_map(|edges| edges.iter().skip(1).copied()).collect();
@@ -66,22 +68,22 @@ fn pivots(n: usize, commons: &Commons<'_>, limit: usize) -> Vec<Edge> {
     firsts
 }
 
-/// The edges of a node to later nodes, best connected first.
-fn best_edges(commons: &Commons<'_>, i: usize) -> Vec<Edge> {
+/// The edges of a node to later nodes, best connected first; all of them are laid out in a list that is lent.
+fn best_edges(commons: &Commons<'_>, i: usize, edges: &mut Vec<Edge>) -> Vec<Edge> {
     let later = commons.neighbors(i).filter(|&(j, _)| j > i);
-    let mut edges: Vec<Edge> = later.map(|(j, common)| Edge { common, ends: [i as u32, j as u32] }).collect();
-    keep_best(&mut edges, EDGES_PER_NODE);
-    edges
+    edges.clear();
+    edges.extend(later.map(|(j, common)| Edge { common, ends: Reverse([i as u32, j as u32]) }));
+    keep_best(edges, EDGES_PER_NODE);
+    edges.clone()
 }
 
-/// The best connected first; of equals the first in the graph.
+/// The best connected first.
 fn keep_best(edges: &mut Vec<Edge>, n: usize) {
-    let better = |a: &Edge, b: &Edge| b.common.cmp(&a.common).then(a.ends.cmp(&b.ends));
     if 0 < n && n < edges.len() {
-        edges.select_nth_unstable_by(n, better);
+        edges.select_nth_unstable_by(n, |a, b| b.cmp(a));
     }
     edges.truncate(n);
-    edges.sort_unstable_by(better);
+    edges.sort_unstable_by(|a, b| b.cmp(a));
 }
 
 /// Each pivot with its best connected common neighbours, in the order of the pivots.
@@ -89,11 +91,11 @@ fn triangles(commons: &Commons<'_>, pivots: &[Edge]) -> Vec<[u32; 3]> {
     let thirds: Vec<[Third; THIRDS]> = pivots
         .par_iter()
         .with_max_len(PIVOTS_AT_A_TIME)
-        .map(|pivot| thirds(pivot.ends.map(|end| commons.row(end as usize))))
+        .map(|pivot| thirds(pivot.ends.0.map(|end| commons.row(end as usize))))
         .collect();
     let found = |thirds: [Third; THIRDS]| thirds.into_iter().filter(|third| third.common > 0);
     let of_pivot = |(pivot, thirds): (&Edge, [Third; THIRDS])| {
-        let [first, second] = pivot.ends;
+        let Reverse([first, second]) = pivot.ends;
         found(thirds).map(move |third| [first, second, third.node])
     };
     pivots.iter().zip(thirds).flat_map(of_pivot).collect()

@@ -3,7 +3,7 @@
 //! Where every point of a cloud is asked for the same thing, those of one cell look at the same places. What they look at is
 //! laid in rows of whole vector registers, so that it can be gone through without a branch.
 
-use crate::OrderedPoints;
+use crate::{OrderedPoints, Spare};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -56,25 +56,32 @@ fn copy_run(column: &[f32], run: Range<usize>, to: &mut [f32]) {
 
 impl OrderedPoints {
     /// Hands every cell that has points to `work`: the places of its points in the order, and all points of the cells around
-    /// it, which hold everything within the side of a cell of each of them. `work` has a place of its thread to work in. It
-    /// makes something of each point; what comes of it is in the order of the cells.
+    /// it, which hold everything within the side of a cell of each of them. `work` has a place to work in. It makes
+    /// something of each point of the cell; what comes of it is in the order of the cells.
     pub(crate) fn each_block<P: Default + Send, T: Copy + Default + Send + Sync>(
         &self,
-        work: impl Fn(&mut P, Range<usize>, &Block, &mut Vec<T>) + Sync,
+        work: impl Fn(&mut P, Range<usize>, &Block, &mut [T]) + Sync,
     ) -> Vec<T> {
         let cells = self.cells();
-        let rows: Vec<usize> = cells.occupied_rows().collect();
-        let of_row = |(block, workplace): &mut (Block, P), row: &usize| {
-            let mut made = Vec::new();
-            cells.row_blocks(*row, |members, runs| {
-                block.gather(self, runs);
-                work(workplace, members, block, &mut made);
+        let mut made = vec![T::default(); cells.order().len()];
+        let mut left = &mut made[..];
+        let mut rows: Vec<(usize, &mut [T])> = cells
+            .occupied_rows()
+            .map(|row| (row, left.split_off_mut(..cells.places_in_row(row).len()).expect("rows share the places")))
+            .collect();
+        let spare = Spare::<(Block, P)>::default();
+        rows.par_chunks_mut(ROWS_AT_A_TIME).for_each(|rows| {
+            spare.with(|(block, workplace)| {
+                for (row, made) in rows {
+                    let first = cells.places_in_row(*row).start;
+                    cells.row_blocks(*row, |members, runs| {
+                        block.gather(self, runs);
+                        work(workplace, members.clone(), block, &mut made[members.start - first..members.end - first]);
+                    });
+                }
             });
-            made
-        };
-        let some = rows.par_iter().with_min_len(ROWS_AT_A_TIME).with_max_len(2 * ROWS_AT_A_TIME);
-        let made: Vec<Vec<T>> = some.map_init(Default::default, of_row).collect();
-        made.concat()
+        });
+        made
     }
 
     /// Of things in the order of the cells, one a point, those of the points in their own order.
@@ -105,7 +112,10 @@ mod tests {
                 let [x, y, z] = block.columns().map(|column| column.as_flattened());
                 let beside = || (0..x.len()).map(|i| [x[i], y[i], z[i]]);
                 assert_eq!(beside().filter(|p| p[0].is_finite()).count(), block.len);
-                out.extend(members.map(|place| (place, beside().filter(|p| near(place, *p)).count())));
+                assert_eq!(members.len(), out.len());
+                for (out, place) in out.iter_mut().zip(members) {
+                    *out = (place, beside().filter(|p| near(place, *p)).count());
+                }
             });
             assert!(counted.iter().map(|(place, _)| *place).eq(0..600), "{side}");
             for (place, count) in counted {
@@ -113,6 +123,6 @@ mod tests {
                 assert_eq!(count, all, "{side}");
             }
         }
-        assert!(OrderedPoints::new(&[], 1.0).each_block(|(): &mut (), _, _, out: &mut Vec<u8>| out.push(0)).is_empty());
+        assert!(OrderedPoints::new(&[], 1.0).each_block(|(): &mut (), _, _, out: &mut [u8]| out.fill(1)).is_empty());
     }
 }

@@ -18,6 +18,8 @@ const SLACK: f32 = 1e-3;
 
 /// Points that one thread takes at a time, at least.
 const POINTS_AT_A_TIME: usize = 4096;
+/// A row of cells and those beside it, at most.
+const ROWS_AROUND: usize = 9;
 
 /// The order of a cloud's points by cell.
 pub struct Cells {
@@ -78,7 +80,13 @@ impl Cells {
     /// Numbers of the rows of cells along x that hold points, ascending.
     pub(crate) fn occupied_rows(&self) -> impl Iterator<Item = usize> + '_ {
         let along = self.grid.size[0].max(1);
-        (0..self.grid.n_cells() / along).filter(move |row| self.starts[row * along] < self.starts[(row + 1) * along])
+        (0..self.grid.n_cells() / along).filter(|row| !self.places_in_row(*row).is_empty())
+    }
+
+    /// Where the points of a row of cells are in the order.
+    pub(crate) fn places_in_row(&self, row: usize) -> Range<usize> {
+        let along = self.grid.size[0];
+        self.starts[row * along] as usize..self.starts[(row + 1) * along] as usize
     }
 
     /// Visits the cells of a row that hold points: the places of theirs in the order, and the runs of the cells around, of
@@ -87,16 +95,19 @@ impl Cells {
         let [along, ny, nz] = self.grid.size;
         let around = |i: usize, n: usize| i.saturating_sub(1)..(i + 2).min(n);
         let (ys, zs) = (around(row % ny, ny), around(row / ny, nz));
-        let beside: Vec<usize> = zs.flat_map(|z| ys.clone().map(move |y| (z * ny + y) * along)).collect();
+        let mut firsts = [0; ROWS_AROUND];
+        let beside = zs.flat_map(|z| ys.clone().map(move |y| (z * ny + y) * along));
+        let n_beside = firsts.iter_mut().zip(beside).map(|(own, first)| *own = first).count();
         let run = |first: usize, xs: Range<usize>| {
             self.starts[first + xs.start] as usize..self.starts[first + xs.end] as usize
         };
-        let mut runs = vec![0..0; beside.len()];
+        let mut runs = [const { 0..0 }; ROWS_AROUND];
+        let runs = &mut runs[..n_beside];
         for x in 0..along {
             let members = run(row * along, x..x + 1);
             if !members.is_empty() {
-                runs.iter_mut().zip(&beside).for_each(|(own, &first)| *own = run(first, around(x, along)));
-                visit(members, &runs);
+                runs.iter_mut().zip(firsts).for_each(|(own, first)| *own = run(first, around(x, along)));
+                visit(members, runs);
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The nearest point of a cloud, looked up in a grid: what kd-trees answer exactly, answered in one memory access.
 
-use crate::Point;
 use crate::grid::Grid;
+use crate::{Point, Spare};
 use multiversion::multiversion;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -45,7 +45,8 @@ impl NearestField {
         let of_layers = grid.number([0, 0, LAYERS]).max(1);
         let slabs =
             nearest[..grid.n_cells()].par_chunks_mut(of_layers).zip((0..grid.size[2]).into_par_iter().step_by(LAYERS));
-        slabs.for_each_init(Default::default, |(stamp, best): &mut (Stamp, Vec<f64>), (nearest, first)| {
+        let spare = Spare::<(Stamp, Vec<f64>)>::default();
+        let fill = |(stamp, best): &mut (Stamp, Vec<f64>), nearest: &mut [u32], first: usize| {
             let layers = first..grid.size[2].min(first + LAYERS);
             best.clear();
             best.resize(nearest.len() + LANES, nobody);
@@ -60,7 +61,8 @@ impl NearestField {
             for (nearest, &best) in nearest.iter_mut().zip(&*best) {
                 *nearest = if best == nobody { NOTHING } else { best.to_bits() as u32 };
             }
-        });
+        };
+        slabs.for_each(|(nearest, first)| spare.with(|workplace| fill(workplace, nearest, first)));
         NearestField { grid, nearest }
     }
 

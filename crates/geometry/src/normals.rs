@@ -82,7 +82,7 @@ impl<'a> Around<'a> {
     fn normals(&self) -> Vec<PointNormal> {
         let Some(ordered) = &self.ordered else {
             let scatters: Vec<Scatter> = self.points.par_iter().map(|point| self.scatter(point)).collect();
-            let mut normals = Vec::with_capacity(scatters.len());
+            let mut normals = vec![PointNormal::default(); scatters.len()];
             normals_of(&scatters, &mut normals);
             return normals;
         };
@@ -214,7 +214,7 @@ mod tests {
             let Some(ordered) = &by_grid.ordered else { unreachable!() };
             let scatters = ordered.each_block(|workplace: &mut Workplace, members, block, scatters| {
                 by_grid.seen(ordered, workplace, members, block);
-                scatters.append(&mut workplace.scatters);
+                scatters.copy_from_slice(&workplace.scatters);
             });
             for (point, one) in points.iter().zip(ordered.in_order_of_points(&scatters)) {
                 let other = by_tree.scatter(point);

@@ -1,6 +1,6 @@
 //! Points at the place of an earlier one.
 
-use crate::Point;
+use crate::{Point, Spare};
 use rayon::prelude::*;
 use rustc_hash::{FxBuildHasher, FxHashMap};
 use std::hash::BuildHasher;
@@ -21,9 +21,9 @@ type Place = [u32; 3];
 /// nowhere.
 pub(crate) fn repeated(points: &[Point]) -> Vec<(u32, u32)> {
     let parts = Parts::by_place(points);
-    let of_part = |comparison: &mut Comparison, part: &[u32]| comparison.repeated(points, part);
-    let mut found: Vec<(u32, u32)> =
-        parts.all().into_par_iter().map_init(Comparison::default, of_part).flatten_iter().collect();
+    let spare = Spare::<Comparison>::default();
+    let of_part = |part: &[u32]| spare.with(|comparison| comparison.repeated(points, part));
+    let mut found: Vec<(u32, u32)> = parts.all().into_par_iter().map(of_part).flatten_iter().collect();
     found.par_sort_unstable();
     found
 }

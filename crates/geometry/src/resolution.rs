@@ -113,8 +113,7 @@ impl Spaced {
         let within = (WITHIN * self.side * self.side) as f32;
         let nearest_sq = self.ordered.each_block(|(): &mut (), members, block, nearest_sq| {
             second_nearest_sq(members.clone(), self.ordered.columns(), block.columns(), nearest_sq);
-            let new = nearest_sq.len() - members.len();
-            for (found, place) in nearest_sq[new..].iter_mut().zip(members).filter(|(found, _)| **found > within) {
+            for (found, place) in nearest_sq.iter_mut().zip(members).filter(|(found, _)| **found > within) {
                 *found = self.ordered.nearest_other_sq(&self.ordered.point(place), self.side);
             }
         });
@@ -126,9 +125,9 @@ impl Spaced {
 
 /// For each member of a cell the squared distance to the second nearest point of its block: the nearest is itself.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn second_nearest_sq(members: Range<usize>, all: &[Vec<f32>; 3], block: [Column<'_>; 3], out: &mut Vec<f32>) {
+fn second_nearest_sq(members: Range<usize>, all: &[Vec<f32>; 3], block: [Column<'_>; 3], found: &mut [f32]) {
     let [xs, ys, zs] = block;
-    for place in members {
+    for (found, place) in found.iter_mut().zip(members) {
         let [x, y, z] = [all[0][place], all[1][place], all[2][place]];
         let (mut first, mut second) = ([f32::INFINITY; LANES], [f32::INFINITY; LANES]);
         for ((xs, ys), zs) in xs.iter().zip(ys).zip(zs) {
@@ -148,7 +147,7 @@ fn second_nearest_sq(members: Range<usize>, all: &[Vec<f32>; 3], block: [Column<
             }
             width /= 2;
         }
-        out.push(second[0]);
+        *found = second[0];
     }
 }
 

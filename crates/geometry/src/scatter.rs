@@ -37,22 +37,23 @@ impl Scatter {
     }
 }
 
-/// Appends the normal of each neighbourhood; zero where it has none.
-pub(crate) fn normals_of(scatters: &[Scatter], normals: &mut Vec<PointNormal>) {
-    for some in scatters.chunks(MATRICES) {
+/// The normal of each neighbourhood; zero where it has none.
+pub(crate) fn normals_of(scatters: &[Scatter], normals: &mut [PointNormal]) {
+    for (some, normals) in scatters.chunks(MATRICES).zip(normals.chunks_mut(MATRICES)) {
         let (mut triangles, mut smallest) = (Triangles::default(), Smallest::default());
         for (i, scatter) in some.iter().enumerate() {
             let triangle = scatter.triangle();
             triangles.iter_mut().zip(triangle).for_each(|(lanes, entry)| lanes[i] = entry);
         }
         smallest_eigen(&triangles, &mut smallest);
-        normals.extend((0..some.len()).map(|i| {
-            if smallest.is_sure[i] {
+        for (i, found) in normals.iter_mut().enumerate() {
+            *found = if smallest.is_sure[i] {
                 let normal = smallest.vector.map(|lanes| lanes[i] as f32);
-                return PointNormal { normal, curvature: smallest.share[i].abs() as f32 };
-            }
-            slow_normal(triangles.map(|lanes| lanes[i])).unwrap_or_default()
-        }));
+                PointNormal { normal, curvature: smallest.share[i].abs() as f32 }
+            } else {
+                slow_normal(triangles.map(|lanes| lanes[i])).unwrap_or_default()
+            };
+        }
     }
 }
 

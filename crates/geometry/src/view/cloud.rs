@@ -3,7 +3,7 @@
 
 use super::dome::{self, look_around, sides_around};
 use super::screen::{Columns, Screen, columns, face_along, project};
-use crate::{Neighbor, NeighborIndex, Point, RadiusSearch, narrow, random::Stream, wide};
+use crate::{Neighbor, NeighborIndex, Point, RadiusSearch, Spare, narrow, random::Stream, wide};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -21,6 +21,7 @@ const VIEWPOINTS_AT_A_TIME: usize = 8;
 const POINTS_AT_A_TIME: usize = 256;
 
 /// Two neighbours whose normals are nearly parallel, and whether they point the same way as they are stored.
+#[derive(Clone, Copy)]
 struct Edge {
     ends: [u32; 2],
     aligned: bool,
@@ -103,17 +104,20 @@ impl<'a> Cloud<'a> {
                 let cosine = wide(normals[i]).dot(&wide(normals[n.index as usize]));
                 (cosine.abs() > 0.7).then_some(Edge { ends: [i as u32, n.index], aligned: cosine > 0.0 })
             };
-            near.iter().filter(|n| n.index != i as u32).take(EDGES).filter_map(edge).collect::<Vec<_>>()
+            let mut edges = [None; EDGES];
+            let others = near.iter().filter(|n| n.index != i as u32);
+            edges.iter_mut().zip(others).for_each(|(own, n)| *own = edge(n));
+            edges
         };
         let some = (0..points.len()).into_par_iter().step_by(2).with_max_len(POINTS_AT_A_TIME);
-        let edges: Vec<Vec<Edge>> = some.map_init(Vec::new, of_point).collect();
+        let edges: Vec<[Option<Edge>; EDGES]> = some.map_init(Vec::new, of_point).collect();
         let few = |all: &[Point]| columns(&all.iter().step_by(STRIDE).copied().collect::<Vec<_>>());
         Cloud {
             points,
             normals,
             index,
             unit,
-            edges: edges.into_iter().flatten().collect(),
+            edges: edges.iter().flatten().flatten().copied().collect(),
             columns: columns(points),
             normal_columns: columns(normals),
             few: few(points),
@@ -126,24 +130,20 @@ impl<'a> Cloud<'a> {
 
     /// The axis of least cost, its torn edges and its hidden points.
     pub(super) fn best_axis(&self) -> (Vector3<f64>, f64, f64) {
-        let cost = |workplace: &mut Workplace, d: &Vector3<f64>| {
-            let (torn, hidden, facing) = self.axis_terms(workplace, d, &self.few, STRIDE);
+        let spare = Spare::default();
+        let cost = |d: &Vector3<f64>| {
+            let (torn, hidden, facing) = spare.with(|workplace| self.axis_terms(workplace, d, &self.few, STRIDE));
             torn + hidden - 0.1 * facing
         };
         let candidates: Vec<Vector3<f64>> = sphere(DIRECTIONS).filter(|d| d.z >= 0.0).collect();
         let parts = candidates.par_iter().with_max_len(DIRECTIONS_AT_A_TIME);
-        let found: Vec<f64> = parts.map_init(Workplace::default, cost).collect();
+        let found: Vec<f64> = parts.map(cost).collect();
         let mut costs: Vec<(f64, usize)> = found.into_iter().zip(0..).collect();
         costs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let refined: Vec<(f64, Vector3<f64>)> = costs
-            .par_iter()
-            .take(3)
-            .map_init(Workplace::default, |workplace, &(start, i)| {
-                refine_direction(candidates[i], start, |d| cost(workplace, d))
-            })
-            .collect();
+        let refined: Vec<(f64, Vector3<f64>)> =
+            costs.par_iter().take(3).map(|&(start, i)| refine_direction(candidates[i], start, cost)).collect();
         let (_, best) = refined.into_iter().reduce(|a, b| if b.0 < a.0 { b } else { a }).unwrap_or((0.0, Vector3::z()));
-        let (torn, hidden, _) = self.axis_terms(&mut Workplace::default(), &best, &self.columns, 1);
+        let (torn, hidden, _) = spare.with(|workplace| self.axis_terms(workplace, &best, &self.columns, 1));
         (best, torn, hidden)
     }
 
@@ -217,16 +217,17 @@ impl<'a> Cloud<'a> {
         let around = NEAR_DISTANCES.iter().flat_map(|z| sphere(NEAR_DIRECTIONS).map(move |d| d * *z));
         let candidates: Vec<Vector3<f64>> =
             std::iter::once(Vector3::zeros()).chain(around).map(|offset| self.middle + offset * self.radius).collect();
-        let cost = |workplace: &mut Workplace, viewpoint: &Vector3<f64>| self.near_cost(workplace, viewpoint);
+        let spare = Spare::default();
+        let cost_of = |viewpoint: &Vector3<f64>| spare.with(|workplace| self.near_cost(workplace, viewpoint));
         let parts = candidates.par_iter().with_max_len(VIEWPOINTS_AT_A_TIME);
-        let costs: Vec<f64> = parts.map_init(Workplace::default, cost).collect();
+        let costs: Vec<f64> = parts.map(cost_of).collect();
         let first = (0..costs.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0);
         let (mut best, mut cost) = (candidates[first], costs[first]);
         let mut step = 0.3 * (0.5 * self.radius).max((best - self.middle).norm());
-        let (mut stream, mut workplace) = (Stream::new(3, 0), Workplace::default());
+        let mut stream = Stream::new(3, 0);
         for round in 1..=NEAR_STEPS {
             let trial = best + step * Vector3::from_fn(|_, _| stream.normal());
-            let trial_cost = self.near_cost(&mut workplace, &trial);
+            let trial_cost = cost_of(&trial);
             if trial_cost < cost {
                 (best, cost) = (trial, trial_cost);
             } else if round % 20 == 0 {
