@@ -10,7 +10,6 @@ use congruent_geometry::{RigidTransform, Spare, fit_three};
 use congruent_metrics::Evidence;
 use multiversion::multiversion;
 use rayon::prelude::*;
-use std::cmp::Reverse;
 
 /// Edges of a node that are considered.
 const EDGES_PER_NODE: usize = 40;
@@ -26,11 +25,19 @@ pub struct Pivots<'a> {
     triangles: Vec<[u32; 3]>,
 }
 
-/// An edge and how many neighbours its ends share. Better connected ones are greater; of equals the first in the graph.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+/// An edge and how many neighbours its ends share.
+#[derive(Clone, Copy)]
 struct Edge {
     common: u32,
-    ends: Reverse<[u32; 2]>,
+    ends: [u32; 2],
+}
+
+impl Edge {
+    /// The least is best connected; of equals it is the first in the graph.
+    fn rank(&self) -> u128 {
+        let [first, second] = self.ends.map(u128::from);
+        u128::from(!self.common) << 64 | first << 32 | second
+    }
 }
 
 impl<'a> Pivots<'a> {
@@ -72,7 +79,7 @@ fn pivots(n: usize, commons: &Commons<'_>, limit: usize) -> Vec<Edge> {
 fn best_edges(commons: &Commons<'_>, i: usize, edges: &mut Vec<Edge>) -> Vec<Edge> {
     let later = commons.neighbors(i).filter(|&(j, _)| j > i);
     edges.clear();
-    edges.extend(later.map(|(j, common)| Edge { common, ends: Reverse([i as u32, j as u32]) }));
+    edges.extend(later.map(|(j, common)| Edge { common, ends: [i as u32, j as u32] }));
     keep_best(edges, EDGES_PER_NODE);
     edges.clone()
 }
@@ -80,10 +87,10 @@ fn best_edges(commons: &Commons<'_>, i: usize, edges: &mut Vec<Edge>) -> Vec<Edg
 /// The best connected first.
 fn keep_best(edges: &mut Vec<Edge>, n: usize) {
     if 0 < n && n < edges.len() {
-        edges.select_nth_unstable_by(n, |a, b| b.cmp(a));
+        edges.select_nth_unstable_by_key(n, Edge::rank);
     }
     edges.truncate(n);
-    edges.sort_unstable_by(|a, b| b.cmp(a));
+    edges.sort_unstable_by_key(Edge::rank);
 }
 
 /// Each pivot with its best connected common neighbours, in the order of the pivots.
@@ -91,11 +98,11 @@ fn triangles(commons: &Commons<'_>, pivots: &[Edge]) -> Vec<[u32; 3]> {
     let thirds: Vec<[Third; THIRDS]> = pivots
         .par_iter()
         .with_max_len(PIVOTS_AT_A_TIME)
-        .map(|pivot| thirds(pivot.ends.0.map(|end| commons.row(end as usize))))
+        .map(|pivot| thirds(pivot.ends.map(|end| commons.row(end as usize))))
         .collect();
     let found = |thirds: [Third; THIRDS]| thirds.into_iter().filter(|third| third.common > 0);
     let of_pivot = |(pivot, thirds): (&Edge, [Third; THIRDS])| {
-        let Reverse([first, second]) = pivot.ends;
+        let [first, second] = pivot.ends;
         found(thirds).map(move |third| [first, second, third.node])
     };
     pivots.iter().zip(thirds).flat_map(of_pivot).collect()

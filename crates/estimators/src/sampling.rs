@@ -86,7 +86,7 @@ pub fn sample_all(
     let trials = generator.trials();
     let round = if generator.stop().is_some() { ROUND } else { trials.max(1) };
     let run = Run { generator, metrics, evidence, keep };
-    let mut found = run.nothing();
+    let mut found = run.nothing(0);
     for start in (0..trials).step_by(round as usize) {
         found = run.round(found, start..trials.min(start + round));
         if generator.stop().is_some_and(|stop| stop.enough(found.samples, found.inliers, evidence.len())) {
@@ -121,8 +121,10 @@ struct Found {
 }
 
 impl Run<'_> {
-    fn nothing(&self) -> Found {
-        Found { ranked: vec![Vec::new(); self.metrics.len()], inliers: 0, samples: 0 }
+    /// With room for so many hypotheses a metric.
+    fn nothing(&self, room: usize) -> Found {
+        let ranked = self.metrics.iter().map(|_| Vec::with_capacity(room)).collect();
+        Found { ranked, inliers: 0, samples: 0 }
     }
 
     /// Adds the trials of one round to what was found before.
@@ -141,7 +143,7 @@ impl Run<'_> {
     }
 
     fn batch(&self, trials: Range<u64>) -> Found {
-        let mut found = self.nothing();
+        let mut found = self.nothing((trials.end - trials.start) as usize);
         for trial in trials {
             let Drawn { pose, samples } = self.generator.draw(trial);
             found.samples += samples;
