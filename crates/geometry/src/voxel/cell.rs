@@ -8,7 +8,7 @@ use rayon::prelude::*;
 pub(super) type Cell = [i64; 3];
 
 /// Points whose cells one thread numbers at a time.
-const NUMBERS_AT_A_TIME: usize = 4096;
+const NUMBERS_AT_A_TIME: usize = 1 << 15;
 
 #[inline]
 pub(super) fn cell(p: &Point, leaf: f64) -> Cell {

@@ -15,9 +15,9 @@ const STEP_BITS: u32 = 36;
 /// Points that are cut into steps at a time.
 const CUT_AT_A_TIME: usize = 512;
 /// Points that are worth a thread.
-const MIN_POINTS: usize = 16_384;
+const MIN_POINTS: usize = 1 << 16;
 /// Cells and points that one thread takes at a time, at least.
-const CELLS_AT_A_TIME: usize = 1024;
+const CELLS_AT_A_TIME: usize = 1 << 14;
 
 /// Of each cell, in their order.
 pub(super) fn means(points: &[Point], normals: Option<&[Point]>, leaf: f64, cells: &Numbered) -> Sample {

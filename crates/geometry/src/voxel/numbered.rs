@@ -5,7 +5,7 @@ use multiversion::multiversion;
 use rayon::prelude::*;
 
 /// Keys that one thread looks up at a time.
-const KEYS_AT_A_TIME: usize = 4096;
+const KEYS_AT_A_TIME: usize = 1 << 16;
 
 /// The occupied cells, numbered in their order from zero on without a gap.
 pub(super) struct Numbered {
