@@ -12,6 +12,9 @@ use std::path::Path;
 /// How far a matrix may be from a rigid motion (Frobenius norm), as for poses in text files.
 const TOLERANCE: f64 = 1e-3;
 
+/// How far a pose may tilt scans that are called level, degrees.
+const MAX_TILT: f64 = 15.0;
+
 /// The part of a result that says where the source goes.
 #[derive(Deserialize)]
 struct WithPose {
@@ -20,17 +23,31 @@ struct WithPose {
 
 /// What the command line says of the pose.
 pub(crate) fn prior(args: &PriorArgs) -> Result<Prior> {
-    let guess = args.init.as_deref().map(pose).transpose()?.map(|target_from_source| Guess {
-        target_from_source,
-        max_rotation: args.max_rotation.map(f64::to_radians),
-        max_translation: args.max_translation,
-    });
+    let guess =
+        args.init.as_deref().map(|path| level_pose(path, &args.level)).transpose()?.map(|target_from_source| Guess {
+            target_from_source,
+            max_rotation: args.max_rotation.map(f64::to_radians),
+            max_translation: args.max_translation,
+        });
     Ok(Prior { guess, up: up(&args.level) })
 }
 
 /// The up axis, where the scans are level.
 pub(crate) fn up(args: &LevelArgs) -> Option<Unit<Vector3<f64>>> {
     args.yaw_only.then(|| Unit::new_normalize(args.up.unwrap_or([0.0, 0.0, 1.0]).into()))
+}
+
+/// The same as [`pose`], and level where the scans are.
+pub(crate) fn level_pose(path: &Path, args: &LevelArgs) -> Result<RigidTransform> {
+    let guess = pose(path)?;
+    let tilt = up(args).map_or(0.0, |up| (guess.rotation * up).angle(&up).to_degrees());
+    if tilt > MAX_TILT {
+        bail!(
+            "{}: tilts the source by {tilt:.1} degrees, and --yaw-only leaves {MAX_TILT} at most; leave that out, or name the up axis with --up",
+            path.display()
+        );
+    }
+    Ok(guess)
 }
 
 /// A 4×4 matrix, the pose in a JSON result, or the word `identity` where there is no such file.
@@ -72,6 +89,22 @@ mod tests {
             assert_eq!(pose(path).unwrap(), expected);
         }
         assert_eq!(pose(Path::new("identity")).unwrap(), RigidTransform::identity());
+    }
+
+    #[test]
+    fn a_guess_that_tilts_level_scans_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tilted.xf");
+        let level = LevelArgs { yaw_only: true, up: None };
+        for (tilt, is_fine) in [(0.0, true), (14.0, true), (16.0, false), (180.0, false)] {
+            let turn = nalgebra::UnitQuaternion::from_axis_angle(&Vector3::x_axis(), f64::to_radians(tilt));
+            write_pose(&path, &RigidTransform::from_parts(Vector3::zeros().into(), turn)).unwrap();
+            let found = level_pose(&path, &level);
+            assert_eq!(found.is_ok(), is_fine, "{tilt}");
+            let message = found.err().map(|error| error.to_string());
+            assert!(message.is_none_or(|m| m.contains("tilted.xf") && m.contains(&format!("{tilt:.1} degrees"))));
+            assert!(level_pose(&path, &LevelArgs { yaw_only: false, up: None }).is_ok());
+        }
     }
 
     #[test]

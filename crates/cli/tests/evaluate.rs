@@ -98,6 +98,12 @@ fn spoilt_scans_are_judged_as_they_came() {
         assert_ne!(spoilt["target_from_source"], clean["target_from_source"]);
         assert!(spoilt["verdict"] != "ok" || spoilt["rmse_pr"].as_f64().unwrap() < 5.0, "{spoilt}");
     }
+    let twice = bench.evaluate("out", &["--pairs", "1", "--spoil", "noise=0.2", "--spoil", "noise=0.2"]);
+    assert_eq!(twice.status.code(), Some(0), "{}", text(&twice.stderr));
+    let once = bench.evaluate("out", &["--pairs", "1", "--spoil", "noise=0.4"]);
+    assert_eq!(once.status.code(), Some(0), "{}", text(&once.stderr));
+    let rows = bench.rows("out");
+    assert_ne!(rows[4]["target_from_source"], rows[5]["target_from_source"], "two small noises are not one large");
     let misspelt = bench.evaluate("out", &["--spoil", "nois=1"]);
     assert_eq!(misspelt.status.code(), Some(2));
     assert!(text(&misspelt.stderr).contains("`noise`"), "{}", text(&misspelt.stderr));
@@ -113,6 +119,16 @@ fn two_configurations_are_compared_on_the_same_pairs() {
     let (ours, theirs) = (&bench.rows("out")[0], &bench.rows("other")[0]);
     assert_eq!(ours["pair"], theirs["pair"]);
     assert_ne!(ours["configuration"], theirs["configuration"]);
+    // Evaluated again, the first one adds no row and is the last one all the same.
+    let both = |more: &[&str]| bench.evaluate("out", &[&["--pairs", "2"], more].concat());
+    both(&["--set", "seed=5"]);
+    both(&[]);
+    let same = bench.evaluate("again", &["--pairs", "2", "--compare", &bench.path("out")]);
+    assert!(text(&same.stdout).contains("2 pairs in common"), "{}", text(&same.stdout));
+    let file = |name: &str| fs::read_to_string(bench.folder.path().join(name).join("config.toml")).unwrap();
+    assert_eq!(file("out"), file("again"));
+    let named = file("out").lines().next().unwrap().replace("# configuration of rows: ", "");
+    assert_eq!(bench.rows("out")[0]["configuration"], named.as_str());
     let none = bench.evaluate("third", &["--min-overlap", "1.1"]);
     assert_eq!(none.status.code(), Some(2));
     assert!(text(&none.stderr).contains("lower --min-overlap"), "{}", text(&none.stderr));

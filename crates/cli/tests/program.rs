@@ -245,6 +245,18 @@ fn misspelt_flags_are_refused_with_code_2() {
 }
 
 #[test]
+fn a_demo_that_cannot_be_run_writes_nothing() {
+    let folder = TempDir::new().unwrap();
+    let place = path(&folder, "first");
+    for wrong in [["-c", "nosuch.toml"], ["--seed", "9223372036854775808"], ["--set", "detector.harris.threshold=nan"]]
+    {
+        let output = congruent(&[["demo", &place].as_slice(), &wrong].concat());
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert!(!std::path::Path::new(&place).exists(), "{wrong:?}");
+    }
+}
+
+#[test]
 fn inspect_says_what_a_file_holds() {
     let folder = TempDir::new().unwrap();
     let file = path(&folder, "square.ply");

@@ -12,6 +12,8 @@ const BATCH: u64 = 64;
 /// Trials between two looks at the stopping rule: the same on any number of threads, and so many that chance has had its
 /// say before the first look.
 const ROUND: u64 = 256;
+/// The same where nothing stops them early: only what is kept of one round is still there in the next.
+const LONG_ROUND: u64 = 1 << 16;
 
 /// Proposes poses.
 pub trait HypothesisGenerator: Send + Sync {
@@ -84,7 +86,7 @@ pub fn sample_all(
     keep: usize,
 ) -> Vec<Vec<Hypothesis>> {
     let trials = generator.trials();
-    let round = if generator.stop().is_some() { ROUND } else { trials.max(1) };
+    let round = if generator.stop().is_some() { ROUND } else { LONG_ROUND };
     let run = Run { generator, metrics, evidence, keep };
     let mut found = run.nothing(0);
     for start in (0..trials).step_by(round as usize) {

@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 const GUESSED_FROM: usize = 2000;
 const GUESSED_AT_EVERY: usize = 8;
 /// Up to so many points a cloud is sorted into a grid; of a larger one only what is near to the points asked is looked at.
-const SORTED_UP_TO: usize = 10_000;
+const SORTED_UP_TO: usize = 150_000;
 /// So many guessed distances are looked far at first, and this factor farther where nothing was found.
 const REACH: f64 = 2.0;
 const GROWTH: f64 = 4.0;

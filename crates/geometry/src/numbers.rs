@@ -50,6 +50,30 @@ pub fn finite<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     checked(from, f64::is_finite, "is not a finite number")
 }
 
+/// Three [`finite`] numbers.
+///
+/// # Errors
+/// Any other number among them.
+pub fn finite_place<'de, D: Deserializer<'de>>(from: D) -> Result<[f64; 3], D::Error> {
+    let place = <[f64; 3]>::deserialize(from)?;
+    match place.iter().find(|v| !v.is_finite()) {
+        Some(v) => Err(D::Error::custom(format!("{v} is not a finite number"))),
+        None => Ok(place),
+    }
+}
+
+/// [`positive`] numbers.
+///
+/// # Errors
+/// Any other number among them.
+pub fn all_positive<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<f64>, D::Error> {
+    let numbers = Vec::<f64>::deserialize(from)?;
+    match numbers.iter().find(|v| !(**v > 0.0 && v.is_finite())) {
+        Some(v) => Err(D::Error::custom(format!("{v} is out of range: write numbers above 0"))),
+        None => Ok(numbers),
+    }
+}
+
 /// A [`probability`] that may be left out.
 ///
 /// # Errors

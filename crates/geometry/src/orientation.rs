@@ -21,6 +21,7 @@ pub enum Orientation {
     /// the origin. A scan that was moved afterwards comes out mixed.
     Viewpoint {
         /// File coordinates.
+        #[serde(deserialize_with = "crate::numbers::finite_place")]
         at: [f64; 3],
     },
     /// Away from the middle of the cloud: right for closed, roughly convex models.

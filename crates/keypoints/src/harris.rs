@@ -43,6 +43,7 @@ pub struct HarrisConfig {
     /// What is measured.
     pub response: HarrisResponse,
     /// Responses below are no keypoints; no unit. PCL's default of 0 keeps noise on smooth parts as well.
+    #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub threshold: f64,
     /// Who stays where neighbours respond exactly alike; PCL keeps all.
     pub ties: Ties,

@@ -38,8 +38,10 @@ pub struct IssConfig {
     /// Radius of the suppression; 1.8 pr in the demo code of Yang et al.
     pub suppression_radius: Length,
     /// The middle eigenvalue stays below this share of the largest; PCL's default.
+    #[serde(deserialize_with = "congruent_geometry::numbers::positive")]
     pub gamma_21: f64,
     /// The smallest eigenvalue stays below this share of the middle; PCL's default.
+    #[serde(deserialize_with = "congruent_geometry::numbers::positive")]
     pub gamma_32: f64,
     /// Least points within either radius, the point itself included; PCL's default.
     pub min_neighbors: usize,

@@ -154,9 +154,9 @@ impl<'a> Chain<'a, '_> {
     }
 
     fn matches(&mut self, features: &Pair<Features>) -> Result<Vec<Correspondence>, Failure> {
-        let fewest = self.counts.described.source.min(self.counts.described.target);
-        if fewest < 3 && self.proposals == Proposals::Searched {
-            return Err(Failure::FewKeypoints { found: fewest });
+        let found = self.counts.described;
+        if found.source.min(found.target) < 3 && self.proposals == Proposals::Searched {
+            return Err(Failure::FewKeypoints { found });
         }
         let (config, setting) = (self.config, Setting::new(self.config, self.signs));
         let matches = self.memory.matches.get(&setting).unwrap_or_else(|| {

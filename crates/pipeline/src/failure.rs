@@ -1,5 +1,7 @@
 //! Why a pair could not be registered, and what to try.
 
+use crate::Pair;
+
 /// A reason that a user can act on.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -12,11 +14,12 @@ pub enum Failure {
     },
     /// A scan without enough keypoints.
     #[error(
-        "{found} keypoints were found and described on a scan, at least 3 are needed; use a denser detector such as [detector.uniform], or larger scans"
+        "{} keypoints were found and described on the source and {} on the target, at least 3 are needed on both; use a denser detector such as [detector.uniform], or larger scans",
+        .found.source, .found.target
     )]
     FewKeypoints {
         /// Keypoints with a valid descriptor.
-        found: usize,
+        found: Pair<usize>,
     },
     /// Too few matches to make a pose.
     #[error(

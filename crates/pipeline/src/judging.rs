@@ -68,7 +68,7 @@ impl Chain<'_, '_> {
     ) -> (Significance, Hold) {
         let threshold = self.config.verdict.inlier_threshold().resolve(self.resolution);
         let trials = self.counts.trials;
-        let measure = PointToPlaneConfig::default().build(self.resolution);
+        let measure = PointToPlaneConfig::default().build(self.resolution).within(self.bounds.freedom());
         self.clock.time(Stage::Verdict, || {
             let hold = measure.measure(&surfaces.source, &surfaces.target, pose).hold;
             (Significance::of(pose, evidence, threshold, trials), hold)
@@ -148,7 +148,8 @@ impl Chain<'_, '_> {
             let known =
                 Evident { ranked, second, significance: &significance, hold, resolution, chosen_from: 1 }.predictors();
             judgement.examined.extend(known);
-            if config.verdict.is_rival(known.as_ref(), judgement.predictors.as_ref()) {
+            let both = known.as_ref().zip(judgement.predictors.as_ref());
+            if both.is_some_and(|(known, answer)| config.verdict.is_rival(known, answer)) {
                 judgement.rivals.extend(ranked);
             }
         }

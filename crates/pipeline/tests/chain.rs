@@ -358,5 +358,5 @@ fn scans_too_small_to_register_fail_with_a_reason() {
         &line,
         &PipelineConfig { support: SupportFilter { min_points: usize::MAX, ..SupportFilter::default() }, ..paper() },
     );
-    assert_eq!(found.verdict, Verdict::Failed(Failure::FewKeypoints { found: 0 }));
+    assert_eq!(found.verdict, Verdict::Failed(Failure::FewKeypoints { found: Pair { source: 0, target: 0 } }));
 }

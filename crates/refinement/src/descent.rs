@@ -66,7 +66,7 @@ impl Schedule {
         let kept = after.weight >= MIN_SUPPORT * before.weight;
         let (pose, equations) = if kept { (end, after) } else { (*start, before) };
         let known = uncertainty(&mut subsets[0], &at_the_end(&pose), &equations, self.freedom);
-        Refinement { uncertainty: known.map(|known| known.widened(D::UNSEEN)), ..refinement(pose, &equations) }
+        Refinement { uncertainty: known.map(|known| known.widened(D::UNSEEN)), ..self.refinement(pose, &equations) }
     }
 
     /// Moves, and nothing else.
@@ -102,7 +102,19 @@ impl Schedule {
     /// What holds a pose as it is: the pairs within the end radius.
     pub(crate) fn measure(&self, scene: Scene<'_>, distance: &impl Distance, pose: &RigidTransform) -> Refinement {
         let pairing = self.pairing(scene, pose, self.end_radius);
-        refinement(*pose, &Subset::new(scene, 0, self.stride(scene)).sums(&pairing, distance))
+        self.refinement(*pose, &Subset::new(scene, 0, self.stride(scene)).sums(&pairing, distance))
+    }
+
+    fn refinement(&self, pose: RigidTransform, equations: &Equations) -> Refinement {
+        Refinement {
+            target_from_source: pose,
+            n_pairs: equations.n_pairs,
+            residual: equations.residual(),
+            support: equations.weight,
+            information: equations.information(),
+            hold: equations.hold(self.freedom).firm_where_fixed(self.freedom),
+            uncertainty: None,
+        }
     }
 
     /// As many as there are rounds at most, and one at least.
@@ -165,16 +177,4 @@ fn movement(step: &Vector6<f64>, pose: &RigidTransform, reach: f64) -> f64 {
     let rotation = step.fixed_rows::<3>(0);
     let of_the_middle = rotation.cross(&pose.translation.vector) + step.fixed_rows::<3>(3);
     rotation.norm() * reach + of_the_middle.norm()
-}
-
-fn refinement(pose: RigidTransform, equations: &Equations) -> Refinement {
-    Refinement {
-        target_from_source: pose,
-        n_pairs: equations.n_pairs,
-        residual: equations.residual(),
-        support: equations.weight,
-        information: equations.information(),
-        hold: equations.hold(Freedom::All),
-        uncertainty: None,
-    }
 }

@@ -13,6 +13,14 @@ pub enum Freedom {
 }
 
 impl Freedom {
+    /// How many of the six motions are not allowed.
+    pub(crate) fn n_fixed(&self) -> usize {
+        match self {
+            Freedom::All => 0,
+            Freedom::About(_) => 2,
+        }
+    }
+
     /// Keeps the allowed part of a motion: rotation before translation, whatever point it is about.
     pub(crate) fn projection(&self) -> Matrix6<f64> {
         let mut projection = Matrix6::identity();

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Matrix6, SymmetricEigen, Vector3, Vector6};
 /// unit: a motion that moves the points by one along their normals everywhere has stiffness one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hold {
-    /// Mean squared parting of the surfaces for a unit motion, ascending.
+    /// Mean squared parting of the surfaces for a unit motion, ascending; infinite for one that is not allowed.
     pub stiffness: [f64; 6],
     /// Stiffness that a perfect plane would seem to have, because its normals are noisy.
     pub noise: f64,
@@ -51,6 +51,16 @@ impl Hold {
         }
     }
 
+    /// Motions that are not allowed are held, whatever the surfaces do; they come last.
+    pub(crate) fn firm_where_fixed(mut self, freedom: Freedom) -> Hold {
+        let n_fixed = freedom.n_fixed();
+        // They had no stiffness, so they came first.
+        self.stiffness[..n_fixed].fill(f64::INFINITY);
+        self.stiffness.rotate_left(n_fixed);
+        self.motions.rotate_left(n_fixed);
+        self
+    }
+
     /// Adds what the noise of the normals alone would make of a plane, from the mean squared sine between the normals of
     /// touching points: each of the two normals errs independently in two directions.
     pub(crate) fn with_noise(mut self, disagreement: f64) -> Hold {
@@ -78,7 +88,7 @@ mod tests {
     use super::*;
 
     /// Normal equations of points with normals, unweighted.
-    fn hold_of(points: &[(Vector3<f64>, Vector3<f64>)], shift: &Vector3<f64>) -> Hold {
+    fn hold_of(freedom: Freedom, points: &[(Vector3<f64>, Vector3<f64>)], shift: &Vector3<f64>) -> Hold {
         let mut information = Matrix6::zeros();
         let (mut middle, mut square) = (Vector3::zeros(), 0.0);
         for (p, n) in points {
@@ -91,12 +101,31 @@ mod tests {
         }
         let n = points.len() as f64;
         middle /= n;
-        Hold::new(Freedom::All, &information, n, &middle, (square / n - middle.norm_squared()).sqrt())
+        Hold::new(freedom, &information, n, &middle, (square / n - middle.norm_squared()).sqrt())
     }
 
     /// Points on a surface given by two parameters.
     fn surface(at: impl Fn(f64, f64) -> (Vector3<f64>, Vector3<f64>)) -> Vec<(Vector3<f64>, Vector3<f64>)> {
         (0..900).map(|i| at(f64::from(i % 30) / 30.0, f64::from(i / 30) / 30.0)).collect()
+    }
+
+    /// A third of a cylinder along z, nearly.
+    fn tube() -> Vec<(Vector3<f64>, Vector3<f64>)> {
+        surface(|u, v| {
+            let d = Vector3::new((3.0 * u).cos(), (3.0 * u).sin(), 0.0);
+            (d + Vector3::z() * 2.0 * v, d)
+        })
+    }
+
+    #[test]
+    fn a_motion_that_is_not_allowed_is_no_open_direction() {
+        for (axis, free) in [(Vector3::x_axis(), 1), (Vector3::z_axis(), 2)] {
+            let freedom = Freedom::About(axis);
+            let hold = hold_of(freedom, &tube(), &Vector3::new(3.0, -40.0, 8.0)).firm_where_fixed(freedom);
+            assert_eq!(hold.n_free(1e-6), free, "{:?}", hold.stiffness);
+            assert_eq!(hold.stiffness[4..], [f64::INFINITY; 2]);
+            assert!(hold.stiffness.is_sorted() && hold.stiffness[3].is_finite());
+        }
     }
 
     #[test]
@@ -106,10 +135,7 @@ mod tests {
             let d = Vector3::new(u - 0.5, v - 0.5, 1.0).normalize();
             (d, d)
         });
-        let tube = surface(|u, v| {
-            let d = Vector3::new((3.0 * u).cos(), (3.0 * u).sin(), 0.0);
-            (d + Vector3::z() * 2.0 * v, d)
-        });
+        let tube = tube();
         let corner: Vec<_> = (0..3)
             .flat_map(|axis| {
                 surface(move |u, v| {
@@ -123,7 +149,7 @@ mod tests {
             [("plane", plane, 3), ("sphere", cap, 3), ("cylinder", tube, 2), ("corner", corner, 0)]
         {
             for shift in [Vector3::zeros(), Vector3::new(40.0, -7.0, 300.0)] {
-                let hold = hold_of(&points, &shift);
+                let hold = hold_of(Freedom::All, &points, &shift);
                 assert_eq!(hold.n_free(1e-6), free, "{name}: {:?}", hold.stiffness);
             }
         }

@@ -23,7 +23,7 @@ pub(crate) enum ConfigCommand {
         #[arg(long, value_name = "KEY=VALUE", requires = "explain")]
         set: Vec<String>,
         /// Seed of all random draws
-        #[arg(long, requires = "explain")]
+        #[arg(long, requires = "explain", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
         seed: Option<u64>,
     },
     /// Check a configuration file

@@ -120,8 +120,8 @@ pub(crate) struct RunArgs {
     /// Change one setting, for instance metric.mse.threshold=5pr or metric=inlier-count; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Seed of all random draws (the same seed gives the same result)
-    #[arg(long)]
+    /// Seed of all random draws (the same seed gives the same result); as large as a number in TOML can be
+    #[arg(long, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     pub(crate) seed: Option<u64>,
     /// Threads to use; all processors if not given. The result does not depend on it
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]

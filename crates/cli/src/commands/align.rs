@@ -153,7 +153,12 @@ pub(super) fn align(
 fn write_result(path: &Path, aligned: &Aligned) -> Result<()> {
     let wants_matrix = path.extension().is_some_and(|e| e == "txt" || e == "xf");
     match &aligned.registration.target_from_source {
-        Some(pose) if wants_matrix => write_pose(path, pose)?,
+        Some(pose) if wants_matrix => {
+            write_pose(path, pose)?;
+            if aligned.registration.verdict != Verdict::Ok {
+                output::remark(&format!("{}: holds the best guess, which is not to be believed", path.display()));
+            }
+        }
         None if wants_matrix => output::remark(&format!("{}: not written, because there is no pose", path.display())),
         _ => write_file(path, format!("{}\n", aligned.report.json()).as_bytes())?,
     }

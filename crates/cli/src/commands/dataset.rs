@@ -51,7 +51,12 @@ pub(super) fn select(args: &DatasetArgs) -> Result<Vec<Selected>> {
         selected.push(one);
     }
     if selected.iter().all(|set| set.pairs.is_empty() && set.is_whole()) {
-        bail!("{}: no pair is left; lower --min-overlap", args.datasets[0].display());
+        let way_out = match (args.pairs, args.min_overlap) {
+            (Some(0), _) => "ask for more than 0 with --pairs",
+            (_, Some(least)) if least > 0.0 => "lower --min-overlap",
+            _ => "list some, or lower its min-overlap with --min-overlap",
+        };
+        bail!("{}: no pair is left; {way_out}", args.datasets[0].display());
     }
     Ok(selected)
 }

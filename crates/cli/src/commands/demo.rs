@@ -2,7 +2,7 @@
 
 use super::align::{Aligned, RawSource, align, unbounded, write_moved, write_page};
 use crate::args::DemoArgs;
-use crate::output;
+use crate::{configuration, output};
 use anyhow::{Context, Result};
 use congruent_evaluation::GroundTruth;
 use congruent_geometry::RigidTransform;
@@ -23,6 +23,8 @@ const RIGHT_WITHIN_PR: f64 = 2.5;
 
 pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
     let directory = &args.directory;
+    // What is wrong with it is said before anything is written.
+    configuration::resolve(&args.run)?;
     std::fs::create_dir_all(directory).with_context(|| format!("{}: cannot be created", directory.display()))?;
     let pair = figurine_pair(&PairOptions {
         view_angle: VIEW_ANGLE.to_radians(),

@@ -21,6 +21,9 @@ use std::time::Instant;
 
 /// The bound that the running accuracy refers to, `pr`.
 const RUNNING_D_RMSE: f64 = 2.5;
+/// The configuration of the last run, and how its first line names the rows of it.
+const CONFIG: &str = "config.toml";
+const ROWS_ARE: &str = "# configuration of rows: ";
 /// Some pairs had a file that could not be used, or a truth.
 const SOME_ERRORS: u8 = 1;
 
@@ -42,9 +45,10 @@ fn run_into(args: &EvaluateArgs, directory: &Path) -> Result<ExitCode> {
         _ => fingerprint(&[env!("CARGO_PKG_VERSION"), &text, &spoilt]),
     };
     let selected = select(&args.dataset)?;
-    let other = args.compare.as_deref().map(EvaluationRows::read).transpose()?;
+    let other = args.compare.as_deref().map(latest).transpose()?;
     let mut rows = EvaluationRows::open(directory)?;
-    congruent_io::write_file(&directory.join("config.toml"), text.as_bytes())?;
+    let config_file = directory.join(CONFIG);
+    congruent_io::write_file(&config_file, format!("{ROWS_ARE}{configuration}\n{text}").as_bytes())?;
     on_threads(args.run.threads, || evaluate(Trial { config: &config, spoil }, &configuration, &selected, &mut rows))??;
     rows.write_table(directory)?;
 
@@ -61,7 +65,7 @@ fn run_into(args: &EvaluateArgs, directory: &Path) -> Result<ExitCode> {
     let ours: Vec<PairRow> = selected.iter().flat_map(&ours).collect();
     summary += &Summary::new(&ours).to_string();
     if let (Some(other), Some(earlier)) = (other, &args.compare) {
-        summary += &format!("\nagainst {}: {}", earlier.display(), mcnemar_of(&ours, &latest(&other)));
+        summary += &format!("\nagainst {}: {}", earlier.display(), mcnemar_of(&ours, &other));
     }
     congruent_io::write_file(&directory.join("summary.txt"), summary.as_bytes())?;
     output::data(summary.trim_end());
@@ -143,7 +147,9 @@ fn spoilt(loaded: Pair<Loaded>, spoil: &[Nuisance], pr: f64, seed: u64) -> Resul
     }
     let streams = Pair { source: seed.wrapping_mul(2), target: seed.wrapping_mul(2).wrapping_add(1) };
     let spoil = |(loaded, seed): (Loaded, u64)| {
-        let spoilt = spoil.iter().fold(loaded.raw, |scan, nuisance| nuisance.apply(&scan, pr, seed));
+        // Each draws for itself, the same one twice as well.
+        let seeds = (0..).map(|place: u64| seed.wrapping_add(place << 32));
+        let spoilt = spoil.iter().zip(seeds).fold(loaded.raw, |scan, (nuisance, seed)| nuisance.apply(&scan, pr, seed));
         Scan::new(&spoilt)
     };
     loaded.zip(streams).into_map(spoil).both()
@@ -155,8 +161,12 @@ fn name_of(dataset: &str, pair: &TruePair) -> String {
     fingerprint(&[dataset, &pair.source, &pair.target, &truth])
 }
 
-/// The rows of the configuration that was evaluated last.
-fn latest(rows: &[PairRow]) -> Vec<PairRow> {
-    let last = rows.last().map(|row| row.configuration.clone());
-    rows.iter().filter(|row| Some(&row.configuration) == last.as_ref()).cloned().collect()
+/// The rows of the configuration that was evaluated last into a directory: its file says which, since a run that finds all its
+/// rows adds none.
+fn latest(directory: &Path) -> Result<Vec<PairRow>> {
+    let rows = EvaluationRows::read(directory)?;
+    let text = std::fs::read_to_string(directory.join(CONFIG)).unwrap_or_default();
+    let named = text.lines().next().and_then(|line| line.strip_prefix(ROWS_ARE)).map(str::to_owned);
+    let last = named.or_else(|| rows.last().map(|row| row.configuration.clone()));
+    Ok(rows.into_iter().filter(|row| Some(&row.configuration) == last.as_ref()).collect())
 }

@@ -6,10 +6,10 @@ use super::pages::write_pages;
 use crate::args::{ExperimentArgs, RunArgs};
 use crate::progress::Bar;
 use crate::{configuration, output};
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use congruent_evaluation::csv_line;
 use congruent_evaluation::experiment::claims::{Counts, claims, claims_table};
-use congruent_evaluation::experiment::{Measured, Plan, Request, Shows, Tally, run_pair};
+use congruent_evaluation::experiment::{Measured, Plan, Request, Shows, Tally, metric_name, run_pair};
 use congruent_io::{TruePair, read_scan, write_file};
 use congruent_pipeline::{Pair, PipelineConfig};
 use congruent_report::{ExperimentReport, experiment_figures, experiment_page};
@@ -75,7 +75,14 @@ fn plans(wanted: &str) -> Result<Vec<(String, Plan)>> {
 }
 
 fn parse(text: &str, name: &str) -> Result<Plan> {
-    toml::from_str(text).map_err(|error| anyhow!("{name}: {}", error.to_string().trim()))
+    let plan: Plan = toml::from_str(text).map_err(|error| anyhow!("{name}: {}", error.to_string().trim()))?;
+    let metrics: Vec<&str> = plan.metrics.iter().map(metric_name).collect();
+    match &plan.baseline {
+        Some(baseline) if !metrics.contains(&baseline.as_str()) => {
+            bail!("{name}: the baseline `{baseline}` is none of its metrics; they are {}", metrics.join(", "))
+        }
+        _ => Ok(plan),
+    }
 }
 
 /// The plan's changes, applied to what the command line describes.
@@ -228,5 +235,18 @@ mod tests {
             assert!(ranks && !plan.notes.is_empty(), "{name}");
         }
         assert!(plans("nothing").unwrap_err().to_string().contains("there are: inliers, iterations, "));
+    }
+
+    #[test]
+    fn what_cannot_be_measured_is_refused() {
+        for (text, expected) in [
+            ("baseline = \"INLIERS\"\nmetrics = [{ mse = {} }]", "`INLIERS` is none of its metrics; they are MSE"),
+            ("thresholds-pr = [7.5, -7.5]", "-7.5 is out of range"),
+            ("d-rmse = [nan]", "NaN is out of range"),
+        ] {
+            let text = format!("title = \"\"\n{text}");
+            let message = parse(&text, "mine").map(|_| ()).unwrap_err().to_string();
+            assert!(message.starts_with("mine: ") && message.contains(expected), "{message}");
+        }
     }
 }

@@ -2,13 +2,13 @@
 
 use super::align::{RawSource, align, viewpoints};
 use crate::args::RefineArgs;
-use crate::guess::{pose, up};
+use crate::guess::{level_pose, up};
 use anyhow::Result;
 use congruent_pipeline::{Pair, Prior, refine};
 use std::process::ExitCode;
 
 pub(super) fn run(args: &RefineArgs) -> Result<ExitCode> {
-    let prior = Prior { up: up(&args.level), ..Prior::guess(pose(&args.init)?) };
+    let prior = Prior { up: up(&args.level), ..Prior::guess(level_pose(&args.init, &args.level)?) };
     let files = Pair { source: args.source.as_path(), target: args.target.as_path() };
     let refined = align(
         files,

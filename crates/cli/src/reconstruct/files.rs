@@ -69,7 +69,8 @@ fn quoted(field: &str) -> String {
     }
 }
 
-/// The scan's name with another ending; with the ending added where two scans would have the same one.
+/// The scan's name with another ending; the whole name with the ending added where two scans would have the same one, folders
+/// of it as words, and a number where that does not tell them apart either. All are names of files in the output folder.
 fn pose_names(scans: &[ScanLine]) -> Vec<String> {
     let stem = |scan: &ScanLine| -> String {
         let name = Path::new(&scan.scan).file_stem().unwrap_or_default();
@@ -77,8 +78,13 @@ fn pose_names(scans: &[ScanLine]) -> Vec<String> {
     };
     let stems: Vec<String> = scans.iter().map(stem).collect();
     let is_shared = |stem: &String| stems.iter().filter(|other| *other == stem).count() > 1;
-    let name = |(scan, stem): (&ScanLine, &String)| if is_shared(stem) { scan.scan.clone() } else { stem.clone() };
-    scans.iter().zip(&stems).map(name).map(|name| name + ".xf").collect()
+    let within = |name: &str| name.replace(['/', '\\', ':'], "_");
+    let mut names: Vec<String> = Vec::new();
+    for (number, (scan, stem)) in (1..).zip(scans.iter().zip(&stems)) {
+        let name = within(if is_shared(stem) { &scan.scan } else { stem }) + ".xf";
+        names.push(if names.contains(&name) { format!("{number}-{name}") } else { name });
+    }
+    names
 }
 
 /// The graph for other solvers: a vertex a placed scan (numbered as in poses.csv, from zero), an edge a contact.
@@ -170,6 +176,9 @@ mod tests {
         };
         let scans = [scan("a.ply"), scan("b.ply"), scan("a.obj")];
         assert_eq!(pose_names(&scans), ["a.ply.xf", "b.xf", "a.obj.xf"]);
+        let scenes = ["one/cloud.ply", "two/cloud.ply", "../cloud.ply", "one_cloud.ply", "one:cloud.ply"].map(scan);
+        let names = ["one_cloud.ply.xf", "two_cloud.ply.xf", ".._cloud.ply.xf", "one_cloud.xf", "5-one_cloud.xf"];
+        assert_eq!(pose_names(&scenes), names);
         let table = poses_csv(&scans);
         assert!(table.lines().nth(1).is_some_and(|line| line.ends_with(",\"broken, quite\"")), "{table}");
     }

@@ -2,7 +2,7 @@
 
 use super::Nuisance;
 use congruent_estimators::EstimatorConfig;
-use congruent_geometry::Length;
+use congruent_geometry::{Length, numbers};
 use congruent_metrics::MetricConfig;
 use serde::{Deserialize, Serialize};
 
@@ -37,13 +37,13 @@ pub struct Plan {
     #[serde(default)]
     pub metrics: Vec<MetricConfig>,
     /// Thresholds of all metrics, in `pr` of the chain.
-    #[serde(default = "paper_threshold")]
+    #[serde(default = "paper_threshold", deserialize_with = "numbers::all_positive")]
     pub thresholds_pr: Vec<f64>,
     /// How much of the stream is looked at.
     #[serde(default = "paper_iterations")]
     pub iterations: Vec<u64>,
     /// Bounds at which a pose counts as right, in `pr` of `measured-on`.
-    #[serde(default = "paper_bound")]
+    #[serde(default = "paper_bound", deserialize_with = "numbers::all_positive")]
     pub d_rmse: Vec<f64>,
     /// Which points errors are measured on, and whose resolution is their `pr`.
     #[serde(default)]

@@ -97,11 +97,14 @@ impl VerdictConfig {
         }
     }
 
-    /// Whether one that comes close is as good as the answer, after both have been refined and looked at alike.
-    pub(crate) fn is_rival(&self, rival: Option<&Predictors>, answer: Option<&Predictors>) -> bool {
-        match (self, rival, answer) {
-            (VerdictConfig::Dense(config), Some(rival), Some(answer)) => config.is_rival(rival, answer),
-            _ => true,
+    /// Whether one that comes close is as good as the answer, after both have been refined and looked at alike: as probable,
+    /// or of no lower score and no more a matter of chance than is believed.
+    pub(crate) fn is_rival(&self, rival: &Predictors, answer: &Predictors) -> bool {
+        match self {
+            VerdictConfig::Dense(config) => config.is_rival(rival, answer),
+            VerdictConfig::AContrario(config) => {
+                rival.score >= answer.score && rival.log10_false_alarms <= config.max_false_alarms.log10()
+            }
         }
     }
 }
@@ -141,5 +144,33 @@ impl DenseVerdictConfig {
             inliers,
         });
         (confidence, doubt)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn by_chance_alone_a_rival_is_as_good_and_no_accident() {
+        let verdict = VerdictConfig::AContrario(AContrarioConfig::default());
+        let known = |score: f64, log10_false_alarms: f64| Predictors {
+            score,
+            overlap: 0.5,
+            residual_pr: 0.4,
+            contradictions: 0.0,
+            disagreeing: 0.0,
+            runner_up: 0.5,
+            log10_false_alarms,
+            stiffness: 0.1,
+            normal_angle: 0.1,
+            chosen_from: 1,
+        };
+        let answer = known(10.0, -40.0);
+        for (score, log10_false_alarms, expected) in
+            [(10.0, -40.0, true), (12.0, -9.0, true), (12.0, 3.0, false), (9.0, -40.0, false)]
+        {
+            assert_eq!(verdict.is_rival(&known(score, log10_false_alarms), &answer), expected, "{score}");
+        }
     }
 }
