@@ -286,4 +286,12 @@ mod tests {
             assert!(message.contains(expected) && message.contains(assignment), "{assignment} gave {message}");
         }
     }
+
+    #[test]
+    fn a_verdict_that_cannot_be_had_is_refused() {
+        let set = |all: &[&str]| RunArgs { set: all.iter().map(ToString::to_string).collect(), ..RunArgs::default() };
+        let message = resolve(&set(&["ranking=none"])).unwrap_err().to_string();
+        assert!(message.contains("choose verdict=a-contrario"), "{message}");
+        assert!(resolve(&set(&["ranking=none", "verdict=a-contrario"])).is_ok());
+    }
 }

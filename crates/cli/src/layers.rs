@@ -69,7 +69,10 @@ pub(crate) fn resolve(sources: &Sources<'_>) -> Result<Layered> {
         config.seed = seed;
         origins.push(("seed".to_owned(), "--seed".to_owned()));
     }
-    Ok(Layered { config, origins })
+    match config.contradiction() {
+        Some(contradiction) => Err(anyhow!("{contradiction}")),
+        None => Ok(Layered { config, origins }),
+    }
 }
 
 impl Layered {

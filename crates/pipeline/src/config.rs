@@ -85,6 +85,19 @@ impl Default for PipelineConfig {
     }
 }
 
+impl PipelineConfig {
+    /// What is wrong with the parts together though each of them is fine by itself, and the way out.
+    #[must_use]
+    pub fn contradiction(&self) -> Option<&'static str> {
+        match (&self.verdict, &self.ranking) {
+            (VerdictConfig::Dense(_), RankingConfig::None {}) => Some(
+                "[verdict.dense] judges what [ranking.dense] measures, and there is [ranking.none]; choose verdict=a-contrario, or ranking=dense",
+            ),
+            _ => None,
+        }
+    }
+}
+
 /// Few poses are refined: where the scans share much, the right one is among the first. As many as ever are looked at, so that
 /// equally good ones are not overlooked.
 fn quick() -> EscalationStep {

@@ -3,7 +3,6 @@
 use super::batch::{bytes, duration};
 use super::stages::data_units;
 use super::{BatchArgs, PairChoice, RunArgs};
-use crate::batch::NEIGHBORS;
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -18,9 +17,9 @@ pub(crate) struct ReconstructArgs {
     /// Which pairs are registered; all of up to 40 scans, else auto
     #[arg(long, value_name = "CHOICE")]
     pub(crate) pairs: Option<PairChoice>,
-    /// For --pairs auto: with how many of the most similar scans each one is paired
-    #[arg(long, value_name = "K", default_value_t = NEIGHBORS, value_parser = clap::value_parser!(u32).range(1..))]
-    neighbors: u32,
+    /// For --pairs auto: with how many of the most similar scans each one is paired [default: 8]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
+    neighbors: Option<u32>,
     /// Thin the merged clouds with cells of this side, in data units (0.5u)
     #[arg(long, value_name = "LENGTH", value_parser = data_units)]
     pub(crate) voxel: Option<f64>,
@@ -48,7 +47,7 @@ impl ReconstructArgs {
             output: self.output.clone(),
             pairs: Some(pairs),
             sequential: false,
-            neighbors: (pairs == PairChoice::Auto).then_some(self.neighbors),
+            neighbors: self.neighbors,
             data: None,
             resume: self.resume,
             shard: "1/1".parse().expect("the whole is a share"),

@@ -48,7 +48,7 @@ const INTERRUPTED: u8 = 130;
 /// Share of the memory budget that descriptors may keep; the running pairs have the rest.
 const CACHE_SHARE: f64 = 0.5;
 /// With how many of the others a scan is paired by `--pairs auto`.
-pub(crate) const NEIGHBORS: u32 = 8;
+const NEIGHBORS: u32 = 8;
 
 pub(crate) fn run(args: &BatchArgs) -> Result<ExitCode> {
     run_then(args, &|ended| Ok(if ended.errors > 0 { ExitCode::from(SOME_FAILED) } else { ExitCode::SUCCESS }))
