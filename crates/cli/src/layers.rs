@@ -95,7 +95,8 @@ impl Layered {
     }
 }
 
-fn flatten(key: &str, value: &toml::Value, settings: &mut BTreeMap<String, String>) {
+/// Puts every setting of a table under its whole name, as TOML.
+pub(crate) fn flatten(key: &str, value: &toml::Value, settings: &mut BTreeMap<String, String>) {
     match value {
         toml::Value::Table(table) if !table.is_empty() => {
             for (name, inner) in table {

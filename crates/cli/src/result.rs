@@ -1,8 +1,9 @@
 //! A registration as JSON and as a summary for people.
 
+use crate::layers::flatten;
 use crate::reasons::Reasons;
 use congruent_geometry::{Length, to_rows};
-use congruent_pipeline::{Pair, PipelineConfig, Registration, VerdictKind};
+use congruent_pipeline::{Pair, PipelineConfig, Registration, Settings, Signs, VerdictKind};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -28,7 +29,7 @@ pub(crate) struct Report {
     /// From where the scans were taken to be seen: source, target.
     views: Option<[View; 2]>,
     /// Mean squared parting of the surfaces for a unit motion in each of six independent directions, ascending: small
-    /// numbers are directions in which the surfaces slide on each other.
+    /// numbers are directions in which the surfaces slide on each other. Null for a motion that `--yaw-only` forbids.
     stiffness: Option<[f64; 6]>,
     /// The stiffness that noise of the normals alone would make of a plane.
     stiffness_noise: Option<f64>,
@@ -41,10 +42,37 @@ pub(crate) struct Report {
     counts: Counts,
     /// Mean distance between neighbouring points: of the scans as they came, and of the sampled clouds (`pr`).
     resolution: Resolution,
-    /// Every configured length, in data units.
+    /// The attempt that gave the answer.
+    attempt: Attempt,
+    /// Every length of that attempt's settings, in data units.
     lengths: BTreeMap<String, f64>,
     seed: u64,
     timings: BTreeMap<&'static str, f64>,
+}
+
+/// In what an attempt differed from the configuration.
+#[derive(Debug, Serialize)]
+struct Attempt {
+    /// Settings that were others, as TOML, by name.
+    changed: BTreeMap<String, String>,
+    /// Of the normals.
+    signs: Signs,
+}
+
+impl Attempt {
+    fn of(settings: &Settings, config: &PipelineConfig) -> Attempt {
+        let (all, given) = (all_settings(&settings.config), all_settings(config));
+        let changed = all.into_iter().filter(|(name, value)| given.get(name) != Some(value)).collect();
+        Attempt { changed, signs: settings.signs }
+    }
+}
+
+fn all_settings(config: &PipelineConfig) -> BTreeMap<String, String> {
+    let mut settings = BTreeMap::new();
+    if let Ok(table) = toml::Table::try_from(config) {
+        flatten("", &toml::Value::Table(table), &mut settings);
+    }
+    settings
 }
 
 /// The true pose is the answer followed by a small motion about a point: a rotation vector (radians), then a translation
@@ -181,7 +209,8 @@ impl Report {
             reasons: Reasons::of(registration),
             counts: Counts::from(&registration.counts),
             resolution: Resolution { raw: registration.raw_resolution, sampled: registration.resolution },
-            lengths: resolved_lengths(config, registration),
+            attempt: Attempt::of(&registration.settings, config),
+            lengths: resolved_lengths(registration),
             seed: config.seed,
             timings,
         }
@@ -265,9 +294,9 @@ fn two_digits(length: f64) -> String {
 }
 
 /// Every length of the configuration under its key, in data units. Those of `sampling` refer to the scans as they came.
-fn resolved_lengths(config: &PipelineConfig, registration: &Registration) -> BTreeMap<String, f64> {
+fn resolved_lengths(registration: &Registration) -> BTreeMap<String, f64> {
     let mut lengths = BTreeMap::new();
-    if let Ok(table) = toml::Table::try_from(config) {
+    if let Ok(table) = toml::Table::try_from(&registration.settings.config) {
         collect_lengths("", &toml::Value::Table(table), &mut |key, length| {
             let pr = if key.starts_with("sampling.") { registration.raw_resolution } else { registration.resolution };
             lengths.insert(key.to_owned(), length.resolve(pr));

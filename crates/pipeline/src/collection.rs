@@ -14,7 +14,8 @@ use crate::prior::Bounds;
 use crate::register::{Attempt, escalated};
 use crate::stage::Clock;
 use crate::{
-    BudgetConfig, Counts, Failure, Pair, PipelineConfig, Prior, Registration, SamplingConfig, Signs, Stage, Trace,
+    BudgetConfig, Counts, Failure, Pair, PipelineConfig, Prior, Registration, SamplingConfig, Settings, Signs, Stage,
+    Trace,
 };
 use crate::{VoxelGridConfig, stages};
 use congruent_descriptors::{DescriptorConfig, Features};
@@ -226,7 +227,8 @@ impl Collection {
         });
         let counts = chain.counts;
         // Nobody looks at the trace of a pair among many.
-        Ok(Some(Attempt { outcome, counts, raw_resolution, resolution, trace: Trace::default() }))
+        let settings = Settings { config: config.clone(), signs };
+        Ok(Some(Attempt { settings, outcome, counts, raw_resolution, resolution, trace: Trace::default() }))
     }
 }
 

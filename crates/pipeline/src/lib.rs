@@ -36,7 +36,7 @@ pub use pair::Pair;
 pub use prior::{Guess, Prior};
 pub use refine::refine;
 pub use register::{Tried, register, register_traced, register_tried};
-pub use registration::{Agreement, Counts, Registration, Verdict, VerdictKind};
+pub use registration::{Agreement, Counts, Registration, Settings, Verdict, VerdictKind};
 pub use stage::{Stage, StageTime};
 pub use trace::Trace;
 pub use verdict::{Calibration, MAX_RESIDUAL_PR, N_TERMS, Predictors, SLIDING_CONFIDENCE};

@@ -6,7 +6,7 @@ use crate::prior::Bounds;
 use crate::stage::Clock;
 use crate::{
     Counts, EscalationStep, Failure, Pair, PipelineConfig, Predictors, Prior, RankingConfig, Registration,
-    SamplingConfig, Signs, Stage, Trace, Verdict,
+    SamplingConfig, Settings, Signs, Stage, Trace, Verdict,
 };
 use congruent_geometry::{Oriented, RigidTransform, Scan, uncentred};
 use congruent_refinement::Uncertainty;
@@ -122,6 +122,7 @@ pub fn register_tried(source: &Scan, target: &Scan, config: &PipelineConfig, eno
 
 /// What an attempt left.
 pub(crate) struct Attempt {
+    pub(crate) settings: Settings,
     pub(crate) outcome: Result<Answer, Failure>,
     pub(crate) counts: Counts,
     pub(crate) raw_resolution: f64,
@@ -145,7 +146,8 @@ pub(crate) fn attempt(
     let mut trace = Trace::default();
     let outcome = chain.run(scans, &mut trace)?;
     let Chain { counts, raw_resolution, resolution, .. } = chain;
-    Some(Attempt { outcome, counts, raw_resolution, resolution, trace })
+    let settings = Settings { config: config.clone(), signs };
+    Some(Attempt { settings, outcome, counts, raw_resolution, resolution, trace })
 }
 
 impl Attempt {
@@ -183,6 +185,7 @@ impl Attempt {
             _ => Vec::new(),
         };
         Registration {
+            settings: self.settings,
             target_from_source: answer.as_ref().map(|answer| in_file_coordinates(&answer.target_from_source)),
             verdict,
             alternatives,

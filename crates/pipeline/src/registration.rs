@@ -1,7 +1,7 @@
 //! The answer.
 
 use crate::ranking::Ranked;
-use crate::{Failure, Pair, Predictors, StageTime};
+use crate::{Failure, Pair, PipelineConfig, Predictors, Signs, StageTime};
 use congruent_geometry::{Oriented, RigidTransform};
 use congruent_refinement::{Hold, Uncertainty};
 use serde::{Deserialize, Serialize};
@@ -117,6 +117,8 @@ impl Agreement {
 /// The answer for one pair of scans.
 #[derive(Clone, Debug)]
 pub struct Registration {
+    /// Those of the attempt that gave the answer.
+    pub settings: Settings,
     /// Maps source coordinates into the target's frame, both as in the files. The best guess where the verdict is
     /// `Failed`, if there is any.
     pub target_from_source: Option<RigidTransform>,
@@ -151,6 +153,15 @@ pub struct Registration {
     pub resolution: f64,
     /// Wall time of each stage that ran.
     pub timings: Vec<StageTime>,
+}
+
+/// How an attempt was made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// The configuration with what the attempt changes in it.
+    pub config: PipelineConfig,
+    /// Of the normals.
+    pub signs: Signs,
 }
 
 impl Registration {

@@ -119,6 +119,8 @@ fn noise_is_averaged_out_on_few_points() {
     let found = run(&source, &target, &config);
     let error = error_pr(&pose(&found), &pair.target_from_source, &pair.source);
     assert!(found.verdict == Verdict::Ok && error < 2.0, "{error:.2} pr, {:?}", found.verdict);
+    let SamplingConfig::Budget(used) = &found.settings.config.sampling else { panic!("{:?}", found.settings) };
+    assert_eq!(used.max_points, 2000, "the answer says which attempt it is of");
     let without = PipelineConfig {
         escalation: config.escalation.iter().filter(|step| step.max_points.is_none_or(|n| n > 2000)).cloned().collect(),
         ..config
