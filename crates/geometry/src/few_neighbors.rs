@@ -1,6 +1,7 @@
 //! The nearest other point of a few points of a large cloud, without an index of the whole.
 
 use crate::bounds::bounds;
+use crate::ordered::distance_sq;
 use crate::{NeighborIndex, OrderedPoints, Point};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -113,10 +114,6 @@ impl Members {
         };
         centres.par_iter().zip(&self.around).map(nearest).collect()
     }
-}
-
-fn distance_sq(a: &Point, b: &Point) -> f32 {
-    (0..3).map(|k| (a[k] - b[k]) * (a[k] - b[k])).sum()
 }
 
 /// From an even part of the points, as if the cloud were a sheet: its neighbours are farther by the root of what was left

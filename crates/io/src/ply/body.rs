@@ -4,6 +4,7 @@
 
 use super::PlyFault;
 use super::header::{Element, Header, Property};
+use crate::text::fan;
 use congruent_geometry::RawScan;
 use ply_rs::ply::{PropertyType, ScalarType};
 
@@ -201,11 +202,6 @@ fn read_faces<N: Numbers>(
 fn vertex_index(index: f64, face: usize, n_vertices: usize) -> Result<u32, PlyFault> {
     let exists = index >= 0.0 && index.fract() == 0.0 && index < n_vertices as f64 && index <= f64::from(u32::MAX);
     if exists { Ok(index as u32) } else { Err(PlyFault::FaceIndex { face, index, n_vertices }) }
-}
-
-fn fan(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
-    let rest = corners.get(1..).unwrap_or_default();
-    rest.windows(2).map(|pair| [corners[0], pair[0], pair[1]])
 }
 
 fn skip_property(
