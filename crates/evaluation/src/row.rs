@@ -1,6 +1,6 @@
 //! What is written down about one pair.
 
-use crate::{GroundTruth, csv_line, inlier_share, repeatability};
+use crate::{GroundTruth, SHARED_WITHIN_PR, csv_line, inlier_share, repeatability};
 use congruent_geometry::{RigidTransform, to_rows};
 use congruent_metrics::Evidence;
 use congruent_pipeline::{Registration, Trace, VerdictKind};
@@ -8,8 +8,6 @@ use serde::{Deserialize, Serialize};
 
 /// Keypoints this close, in `pr` of the chain, are the same.
 const REPEATED_WITHIN_PR: f64 = 2.0;
-/// Surface this close is shared.
-const SHARED_WITHIN_PR: f64 = 4.0;
 
 /// Whether a pair counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -59,10 +59,9 @@ pub(super) fn run(args: &EstimateArgs) -> Result<ExitCode> {
             bail!("{}: holds {} correspondences; keep the best {MOST_MATCHES}", named(), pairs.len());
         }
         let input = match &scans {
-            Some(scans) => Input::on_scans(&pairs, scans, &config, args.stage.resolution),
-            None => Input::alone(&pairs, &config, args.stage.resolution),
-        }
-        .with_context(named)?;
+            Some(scans) => Input::on_scans(&pairs, scans, &config, args),
+            None => Input::alone(&pairs, &config, args.stage.resolution).with_context(named),
+        }?;
         Ok(input.report(&args.matches, &config))
     })??;
     let json = serde_json::to_string_pretty(&report).context("the result cannot be written as JSON")?;
@@ -87,13 +86,15 @@ impl Input {
         pairs: &[[Place; 2]],
         scans: &Pair<Loaded>,
         config: &PipelineConfig,
-        resolution: Option<f64>,
+        args: &EstimateArgs,
     ) -> Result<Input> {
-        let Prepared { surfaces, resolution, .. } =
-            prepare(&[&scans.source.scan, &scans.target.scan], config, resolution)?;
+        let files = || [&args.source, &args.target].map(|path| path.clone().unwrap_or_default().display().to_string());
+        let prepared = prepare(&[&scans.source.scan, &scans.target.scan], config, args.stage.resolution);
+        let Prepared { surfaces, resolution, .. } = prepared.with_context(|| files().join(" and "))?;
         let surfaces = Pair::of_two(surfaces);
         let origins = scans.as_ref().into_map(|loaded| *loaded.scan.origin());
-        let evidence = evidence_near(&surfaces, &centred_pairs(pairs, &origins)?, config, resolution);
+        let centred = centred_pairs(pairs, &origins).with_context(|| args.matches.display().to_string())?;
+        let evidence = evidence_near(&surfaces, &centred, config, resolution);
         Ok(Input { surfaces, evidence, origins, resolution })
     }
 
