@@ -52,14 +52,6 @@ pub(crate) fn named_preset(path: &Path) -> Option<&'static str> {
     PRESETS.iter().find(|p| p.0 == name && !path.exists()).map(|p| p.0)
 }
 
-/// Reads a file, or takes the preset of that name where there is no such file.
-pub(crate) fn read(path: &Path) -> Result<PipelineConfig> {
-    match named_preset(path) {
-        Some(name) => parse(preset(name)?, &format!("preset {name}")),
-        None => parse(&readable(path)?, &path.display().to_string()),
-    }
-}
-
 /// The text of a configuration file.
 pub(crate) fn readable(path: &Path) -> Result<String> {
     std::fs::read_to_string(path).map_err(|error| {

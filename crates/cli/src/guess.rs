@@ -4,16 +4,13 @@ use crate::args::{LevelArgs, PriorArgs};
 use anyhow::{Context, Result, bail};
 use congruent_geometry::{RigidTransform, from_rows};
 use congruent_io::read_pose;
-use congruent_pipeline::{Guess, Prior};
+use congruent_pipeline::{Guess, MAX_TILT, Prior, tilt};
 use nalgebra::{Unit, Vector3};
 use serde::Deserialize;
 use std::path::Path;
 
 /// How far a matrix may be from a rigid motion (Frobenius norm), as for poses in text files.
 const TOLERANCE: f64 = 1e-3;
-
-/// How far a pose may tilt scans that are called level, degrees.
-const MAX_TILT: f64 = 15.0;
 
 /// The part of a result that says where the source goes.
 #[derive(Deserialize)]
@@ -40,11 +37,13 @@ pub(crate) fn up(args: &LevelArgs) -> Option<Unit<Vector3<f64>>> {
 /// The same as [`pose`], and level where the scans are.
 pub(crate) fn level_pose(path: &Path, args: &LevelArgs) -> Result<RigidTransform> {
     let guess = pose(path)?;
-    let tilt = up(args).map_or(0.0, |up| (guess.rotation * up).angle(&up).to_degrees());
+    let tilt = tilt(&guess, up(args));
     if tilt > MAX_TILT {
         bail!(
-            "{}: tilts the source by {tilt:.1} degrees, and --yaw-only leaves {MAX_TILT} at most; leave that out, or name the up axis with --up",
-            path.display()
+            "{}: tilts the source by {:.1} degrees, and --yaw-only leaves {:.1} at most; leave that out, or name the up axis with --up",
+            path.display(),
+            tilt.to_degrees(),
+            MAX_TILT.to_degrees()
         );
     }
     Ok(guess)

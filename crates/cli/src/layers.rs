@@ -24,11 +24,14 @@ pub(crate) struct Sources<'a> {
 }
 
 impl<'a> Sources<'a> {
-    /// `--config` names a preset or a file.
+    /// What a path names: a file, or the preset of that name where there is no such file.
+    pub(crate) fn named(path: Option<&'a Path>) -> Sources<'a> {
+        let preset = path.and_then(named_preset);
+        Sources { preset, file: path.filter(|_| preset.is_none()), ..Sources::default() }
+    }
+
     pub(crate) fn of_run(args: &'a RunArgs, folder: Option<&'a Path>) -> Sources<'a> {
-        let preset = args.config.as_deref().and_then(named_preset);
-        let file = args.config.as_deref().filter(|_| preset.is_none());
-        Sources { preset, folder, file, set: &args.set, seed: args.seed }
+        Sources { folder, set: &args.set, seed: args.seed, ..Sources::named(args.config.as_deref()) }
     }
 }
 
@@ -78,9 +81,7 @@ pub(crate) fn resolve(sources: &Sources<'_>) -> Result<Layered> {
 impl Layered {
     /// Every setting with who settled it, a line each.
     pub(crate) fn explained(&self) -> Result<String> {
-        let table = toml::Table::try_from(&self.config).context("the configuration cannot be written as TOML")?;
-        let mut settings = BTreeMap::new();
-        flatten("", &toml::Value::Table(table), &mut settings);
+        let settings = all_settings(&self.config)?;
         let width = settings.iter().map(|(key, value)| key.len() + value.len() + 3).max().unwrap_or_default().min(70);
         let line = |(key, value): (&String, &String)| {
             let setting = format!("{key} = {value}");
@@ -95,8 +96,15 @@ impl Layered {
     }
 }
 
-/// Puts every setting of a table under its whole name, as TOML.
-pub(crate) fn flatten(key: &str, value: &toml::Value, settings: &mut BTreeMap<String, String>) {
+/// Every setting as TOML, under its whole name.
+pub(crate) fn all_settings(config: &PipelineConfig) -> Result<BTreeMap<String, String>> {
+    let table = toml::Table::try_from(config).context("the configuration cannot be written as TOML")?;
+    let mut settings = BTreeMap::new();
+    flatten("", &toml::Value::Table(table), &mut settings);
+    Ok(settings)
+}
+
+fn flatten(key: &str, value: &toml::Value, settings: &mut BTreeMap<String, String>) {
     match value {
         toml::Value::Table(table) if !table.is_empty() => {
             for (name, inner) in table {

@@ -1,6 +1,6 @@
 //! A registration as JSON and as a summary for people.
 
-use crate::layers::flatten;
+use crate::layers::all_settings;
 use crate::reasons::Reasons;
 use congruent_geometry::{Length, to_rows};
 use congruent_pipeline::{Pair, PipelineConfig, Registration, Settings, Signs, VerdictKind};
@@ -61,18 +61,10 @@ struct Attempt {
 
 impl Attempt {
     fn of(settings: &Settings, config: &PipelineConfig) -> Attempt {
-        let (all, given) = (all_settings(&settings.config), all_settings(config));
+        let [all, given] = [&settings.config, config].map(|config| all_settings(config).unwrap_or_default());
         let changed = all.into_iter().filter(|(name, value)| given.get(name) != Some(value)).collect();
         Attempt { changed, signs: settings.signs }
     }
-}
-
-fn all_settings(config: &PipelineConfig) -> BTreeMap<String, String> {
-    let mut settings = BTreeMap::new();
-    if let Ok(table) = toml::Table::try_from(config) {
-        flatten("", &toml::Value::Table(table), &mut settings);
-    }
-    settings
 }
 
 /// The true pose is the answer followed by a small motion about a point: a rotation vector (radians), then a translation
@@ -293,31 +285,13 @@ fn two_digits(length: f64) -> String {
     format!("{length:.0$}", decimals as usize)
 }
 
-/// Every length of the configuration under its key, in data units. Those of `sampling` refer to the scans as they came.
+/// Every length of the answering attempt's settings under its key, in data units. Those of `sampling` refer to the scans as they
+/// came.
 fn resolved_lengths(registration: &Registration) -> BTreeMap<String, f64> {
-    let mut lengths = BTreeMap::new();
-    if let Ok(table) = toml::Table::try_from(&registration.settings.config) {
-        collect_lengths("", &toml::Value::Table(table), &mut |key, length| {
-            let pr = if key.starts_with("sampling.") { registration.raw_resolution } else { registration.resolution };
-            lengths.insert(key.to_owned(), length.resolve(pr));
-        });
-    }
-    lengths
-}
-
-fn collect_lengths(key: &str, value: &toml::Value, found: &mut impl FnMut(&str, Length)) {
-    match value {
-        toml::Value::Table(table) => {
-            for (name, inner) in table {
-                let path = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
-                collect_lengths(&path, inner, found);
-            }
-        }
-        toml::Value::String(text) => {
-            if let Ok(length) = text.parse() {
-                found(key, length);
-            }
-        }
-        _ => {}
-    }
+    let length = |(key, text): (String, String)| {
+        let length: Length = text.trim_matches('"').parse().ok()?;
+        let pr = if key.starts_with("sampling.") { registration.raw_resolution } else { registration.resolution };
+        Some((key, length.resolve(pr)))
+    };
+    all_settings(&registration.settings.config).unwrap_or_default().into_iter().filter_map(length).collect()
 }

@@ -257,6 +257,17 @@ fn a_demo_that_cannot_be_run_writes_nothing() {
 }
 
 #[test]
+fn a_check_refuses_what_a_run_would() {
+    let folder = TempDir::new().unwrap();
+    let file = path(&folder, "mine.toml");
+    for (text, code) in [("[ranking.none]\n", 2), ("[ranking.none]\n[verdict.a-contrario]\n", 0)] {
+        std::fs::write(&file, text).unwrap();
+        let output = congruent(&["config", "check", &file]);
+        assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));
+    }
+}
+
+#[test]
 fn inspect_says_what_a_file_holds() {
     let folder = TempDir::new().unwrap();
     let file = path(&folder, "square.ply");

@@ -33,7 +33,7 @@ pub use config::{
 };
 pub use failure::Failure;
 pub use pair::Pair;
-pub use prior::{Guess, Prior};
+pub use prior::{Guess, MAX_TILT, Prior, tilt};
 pub use refine::refine;
 pub use register::{Tried, register, register_traced, register_tried};
 pub use registration::{Agreement, Counts, Registration, Settings, Verdict, VerdictKind};

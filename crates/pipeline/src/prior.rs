@@ -6,7 +6,7 @@ use congruent_refinement::Freedom;
 use nalgebra::{Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
 
 /// How far a proposed pose of levelled scans may be from level, radians; it is then made level.
-const MAX_TILT: f64 = 0.26;
+pub const MAX_TILT: f64 = 0.26;
 
 /// What is known of a pose before the scans are looked at. By default nothing.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -77,7 +77,7 @@ impl Bounds {
 
     /// The pose, made level where the scans are; nothing where it is out of bounds. `resolution` is what `pr` means.
     pub(crate) fn admitted(&self, pose: &RigidTransform, resolution: f64) -> Option<RigidTransform> {
-        if self.up.is_some_and(|up| (pose.rotation * up).angle(&up) > MAX_TILT) {
+        if tilt(pose, self.up) > MAX_TILT {
             return None;
         }
         let pose = level(pose, self.up);
@@ -93,6 +93,12 @@ impl Guess {
         self.max_rotation.is_none_or(|most| angle_between(pose, guess) <= most)
             && self.max_translation.is_none_or(|most| shift <= most.resolve(resolution))
     }
+}
+
+/// How far a pose tilts scans that are level, radians; zero where they are not.
+#[must_use]
+pub fn tilt(pose: &RigidTransform, up: Option<Unit<Vector3<f64>>>) -> f64 {
+    up.map_or(0.0, |up| (pose.rotation * up).angle(&up))
 }
 
 /// The part of a pose that turns about `up`, with the source's centre where it was.

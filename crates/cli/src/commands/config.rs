@@ -20,7 +20,7 @@ pub(super) fn run(command: &ConfigCommand) -> Result<ExitCode> {
             output::data(&layers::resolve(&sources)?.explained()?);
         }
         ConfigCommand::Check { file } => {
-            configuration::read(file)?;
+            layers::resolve(&Sources::named(Some(file)))?;
             output::data(&format!("{}: ok", file.display()));
         }
     }
