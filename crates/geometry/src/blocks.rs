@@ -3,7 +3,7 @@
 //! Where every point of a cloud is asked for the same thing, those of one cell look at the same places. What they look at is
 //! laid in rows of whole vector registers, so that it can be gone through without a branch.
 
-use crate::{OrderedPoints, Spare};
+use crate::{OrderedPoints, Point, Spare};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -21,6 +21,8 @@ pub(crate) struct Block {
     /// Longer than the block, so that they need not grow.
     columns: [Vec<[f32; LANES]>; 3],
     len: usize,
+    /// Where the points of the cell are in it.
+    members: Range<usize>,
 }
 
 impl Block {
@@ -28,29 +30,51 @@ impl Block {
         self.columns.each_ref().map(|column| &column[..self.len.div_ceil(LANES)])
     }
 
+    /// For each point of the cell what `of_one` makes of it and of the block without it, which has it infinitely far.
+    #[inline(always)]
+    pub(crate) fn each_without_itself<T>(&mut self, made: &mut [T], of_one: impl Fn(Point, [Column<'_>; 3]) -> T) {
+        for (made, i) in made.iter_mut().zip(self.members.clone()) {
+            let own = self.columns.each_ref().map(|column| column.as_flattened()[i]);
+            self.columns[0].as_flattened_mut()[i] = f32::INFINITY;
+            *made = of_one(own, self.columns());
+            self.columns[0].as_flattened_mut()[i] = own[0];
+        }
+    }
+
+    /// The points of the runs, among which are those of the cell.
+    fn gather_around(&mut self, points: &OrderedPoints, members: Range<usize>, runs: &[Range<usize>]) {
+        self.gather(points, runs);
+        let before = |run: &Range<usize>| members.start.clamp(run.start, run.end) - run.start;
+        let first = runs.iter().map(before).sum();
+        self.members = first..first + members.len();
+    }
+
     pub(crate) fn gather(&mut self, points: &OrderedPoints, runs: &[Range<usize>]) {
         self.len = runs.iter().map(ExactSizeIterator::len).sum();
-        for (own, column) in self.columns.iter_mut().zip(points.columns()) {
-            if own.len() * LANES < self.len + LANES {
-                own.resize(self.len.div_ceil(LANES) + 1, [0.0; LANES]);
-            }
-            let own = own.as_flattened_mut();
-            let mut end = 0;
-            for run in runs.iter().filter(|run| !run.is_empty()) {
-                copy_run(column, run.clone(), &mut own[end..]);
-                end += run.len();
-            }
-            own[end..end.next_multiple_of(LANES)].fill(f32::INFINITY);
+        let rows = self.len.div_ceil(LANES) + 1;
+        if self.columns[0].len() < rows {
+            self.columns.iter_mut().for_each(|own| own.resize(rows, [0.0; LANES]));
         }
+        let mut own = self.columns.each_mut().map(|own| own.as_flattened_mut());
+        let mut end = 0;
+        for run in runs.iter().filter(|run| !run.is_empty()) {
+            own.iter_mut().zip(points.columns()).for_each(|(own, column)| copy_run(column, run, &mut own[end..]));
+            end += run.len();
+        }
+        own.iter_mut().for_each(|own| own[end..end.next_multiple_of(LANES)].fill(f32::INFINITY));
     }
 }
 
-/// Copies a run; a short one as whole lanes, which is faster than a call. What is written beyond its end means nothing.
+/// Copies a run as whole lanes, which is faster than a call. What is written beyond its end means nothing.
 #[inline]
-fn copy_run(column: &[f32], run: Range<usize>, to: &mut [f32]) {
-    match (column[run.start..].first_chunk::<LANES>(), to.first_chunk_mut::<LANES>()) {
-        (Some(from), Some(to)) if run.len() <= LANES => *to = *from,
-        _ => to[..run.len()].copy_from_slice(&column[run]),
+fn copy_run(column: &[f32], run: &Range<usize>, to: &mut [f32]) {
+    let whole = run.len().next_multiple_of(LANES);
+    match (column.get(run.start..run.start + whole), to.get_mut(..whole)) {
+        (Some(from), Some(to)) => {
+            let (to, from) = (to.as_chunks_mut::<LANES>().0, from.as_chunks::<LANES>().0);
+            to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+        }
+        _ => to[..run.len()].copy_from_slice(&column[run.clone()]),
     }
 }
 
@@ -60,7 +84,7 @@ impl OrderedPoints {
     /// something of each point of the cell; what comes of it is in the order of the cells.
     pub(crate) fn each_block<P: Default + Send, T: Copy + Default + Send + Sync>(
         &self,
-        work: impl Fn(&mut P, Range<usize>, &Block, &mut [T]) + Sync,
+        work: impl Fn(&mut P, Range<usize>, &mut Block, &mut [T]) + Sync,
     ) -> Vec<T> {
         let cells = self.cells();
         let mut made = vec![T::default(); cells.order().len()];
@@ -75,7 +99,7 @@ impl OrderedPoints {
                 for (row, made) in rows {
                     let first = cells.places_in_row(*row).start;
                     cells.row_blocks(*row, |members, runs| {
-                        block.gather(self, runs);
+                        block.gather_around(self, members.clone(), runs);
                         work(workplace, members.clone(), block, &mut made[members.start - first..members.end - first]);
                     });
                 }

@@ -1,13 +1,12 @@
 //! The resolution of a cloud, `pr`: the length all other lengths are measured in.
 
-use crate::blocks::{Column, LANES};
+use crate::blocks::{Block, LANES};
 use crate::few_neighbors::nearest_others_sq;
 use crate::ordered::lesser;
 use crate::random::Stream;
 use crate::{NeighborIndex, OrderedPoints, Point};
 use multiversion::multiversion;
 use rayon::prelude::*;
-use std::ops::Range;
 
 /// Clouds up to this size are measured at every point.
 const EXACT_UP_TO: usize = 200_000;
@@ -71,16 +70,19 @@ fn measured(mut distances_sq: Vec<f32>, is_exact: bool) -> Option<Resolution> {
         return None;
     }
     let n = distances_sq.len() as f64;
-    let distances: Vec<f64> = distances_sq.iter().map(|&distance_sq| f64::from(distance_sq).sqrt()).collect();
-    let mean = distances.iter().sum::<f64>() / n;
-    let variance = || distances.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / n;
+    let distances = || distances_sq.iter().map(|&distance_sq| f64::from(distance_sq).sqrt());
+    let (mean, median) = rayon::join(|| distances().sum::<f64>() / n, || median_sq(&distances_sq).sqrt());
+    let variance = || distances().map(|d| (d - mean).powi(2)).sum::<f64>() / n;
     let standard_error = if is_exact { 0.0 } else { (variance() / n).sqrt() };
-    // What is not negative has the order of its bits, and whole numbers are selected several times as fast.
+    let lonely = distances().filter(|d| *d > LONELY * median).count() as f64 / n;
+    (mean > 0.0).then_some(Resolution { mean, median, lonely, standard_error })
+}
+
+/// What is not negative has the order of its bits, and whole numbers are selected several times as fast.
+fn median_sq(distances_sq: &[f32]) -> f64 {
     let mut bits: Vec<u32> = distances_sq.iter().map(|distance_sq| distance_sq.to_bits()).collect();
     let half = bits.len() / 2;
-    let median = f64::from(f32::from_bits(*bits.select_nth_unstable(half).1)).sqrt();
-    let lonely = distances.iter().filter(|d| **d > LONELY * median).count() as f64 / n;
-    (mean > 0.0).then_some(Resolution { mean, median, lonely, standard_error })
+    f64::from(f32::from_bits(*bits.select_nth_unstable(half).1))
 }
 
 fn nearest_other_sq(points: &[Point], index: &NeighborIndex, i: u32) -> Option<f32> {
@@ -115,7 +117,7 @@ impl Spaced {
         // What is farther than a cell is wide may not be in the block.
         let within = (WITHIN * self.side * self.side) as f32;
         let nearest_sq = self.ordered.each_block(|(): &mut (), members, block, nearest_sq| {
-            second_nearest_sq(members.clone(), self.ordered.columns(), block.columns(), nearest_sq);
+            nearest_others_in(block, nearest_sq);
             for (found, place) in nearest_sq.iter_mut().zip(members).filter(|(found, _)| **found > within) {
                 *found = self.ordered.nearest_other_sq(&self.ordered.point(place), self.side);
             }
@@ -125,38 +127,24 @@ impl Spaced {
     }
 }
 
-/// For each member of a cell the squared distance to the second nearest point of its block: the nearest is itself.
+/// For each point of a cell the squared distance to the nearest other point of its block.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn second_nearest_sq(members: Range<usize>, all: &[Vec<f32>; 3], block: [Column<'_>; 3], found: &mut [f32]) {
-    let [xs, ys, zs] = block;
-    for (found, place) in found.iter_mut().zip(members) {
-        let [x, y, z] = [all[0][place], all[1][place], all[2][place]];
-        let (mut first, mut second) = ([f32::INFINITY; LANES], [f32::INFINITY; LANES]);
+fn nearest_others_in(block: &mut Block, found: &mut [f32]) {
+    block.each_without_itself(found, |[x, y, z], [xs, ys, zs]| {
+        let mut nearest = [f32::INFINITY; LANES];
         for ((xs, ys), zs) in xs.iter().zip(ys).zip(zs) {
             for lane in 0..LANES {
                 let (dx, dy, dz) = (xs[lane] - x, ys[lane] - y, zs[lane] - z);
-                let away = dx * dx + dy * dy + dz * dz;
-                second[lane] = lesser(greater(away, first[lane]), second[lane]);
-                first[lane] = lesser(away, first[lane]);
+                nearest[lane] = lesser(dx * dx + dy * dy + dz * dz, nearest[lane]);
             }
         }
         let mut width = LANES / 2;
         while width > 0 {
-            for lane in 0..width {
-                let (a, b) = (first[lane], first[lane + width]);
-                second[lane] = lesser(greater(a, b), lesser(second[lane], second[lane + width]));
-                first[lane] = lesser(a, b);
-            }
+            (0..width).for_each(|lane| nearest[lane] = lesser(nearest[lane], nearest[lane + width]));
             width /= 2;
         }
-        *found = second[0];
-    }
-}
-
-/// As [`lesser`].
-#[inline(always)]
-fn greater(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
+        nearest[0]
+    });
 }
 
 #[cfg(test)]
