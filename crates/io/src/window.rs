@@ -4,7 +4,7 @@ use crate::content::Content;
 use std::io::{self, Read, Seek};
 
 /// Bytes that are read at a time: they stay in the cache until they are used.
-const BLOCK: usize = 1 << 18;
+const BLOCK: usize = 1 << 16;
 /// A line or a record that is longer has no end; its file must not decide how much memory is taken.
 const LONGEST: usize = 1 << 30;
 
