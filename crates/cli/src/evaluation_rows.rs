@@ -2,7 +2,8 @@
 
 use crate::journal::{Journal, read_rows};
 use anyhow::{Context, Result};
-use congruent_evaluation::{PairRow, Status, csv_line};
+use congruent_evaluation::{PairRow, Status};
+use congruent_io::csv_line;
 use std::path::Path;
 
 /// Not `pairs.csv`: that is the truth of a data set, and results may be put beside it.

@@ -13,6 +13,9 @@ use std::path::Path;
 /// The file that is looked for in the folder of a batch.
 pub(crate) const FOLDER_FILE: &str = "congruent.toml";
 
+/// Who settles what nobody has settled.
+const DEFAULT: &str = "default";
+
 /// What a command line names.
 #[derive(Default)]
 pub(crate) struct Sources<'a> {
@@ -64,7 +67,11 @@ pub(crate) fn resolve(sources: &Sources<'_>) -> Result<Layered> {
     }
     let mut config = PipelineConfig::deserialize(sections).map_err(|error| anyhow!("{}", error.message()))?;
     for assignment in sources.set {
+        let before = all_settings(&config)?;
         config = assigned(&config, assignment).with_context(|| format!("--set {assignment}"))?;
+        // Where another member is chosen, the rest of its settings are nobody's.
+        let new = all_settings(&config)?.into_keys().filter(|key| !before.contains_key(key));
+        origins.extend(new.map(|key| (key, DEFAULT.to_owned())));
         let key = assignment.split('=').next().unwrap_or_default().trim();
         origins.push((key.to_owned(), format!("--set {assignment}")));
     }
@@ -92,7 +99,7 @@ impl Layered {
 
     fn origin(&self, key: &str) -> &str {
         let settles = |part: &str| key.strip_prefix(part).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
-        self.origins.iter().rev().find(|(part, _)| settles(part)).map_or("default", |(_, origin)| origin)
+        self.origins.iter().rev().find(|(part, _)| settles(part)).map_or(DEFAULT, |(_, origin)| origin)
     }
 }
 
@@ -129,6 +136,18 @@ mod tests {
             let layered = resolve(&Sources { preset: Some(name), ..Sources::default() }).unwrap();
             assert_eq!(layered.config, parse(text, name).unwrap());
         }
+    }
+
+    #[test]
+    fn another_member_has_nothing_of_the_one_before() {
+        let set = ["detector.iss.salient-radius=5pr".to_owned()];
+        let layered = resolve(&Sources { preset: Some("paper"), set: &set, ..Sources::default() }).unwrap();
+        let text = layered.explained().unwrap();
+        let origins = text.lines().filter(|line| line.starts_with("detector."));
+        let origins: Vec<&str> = origins.map(|line| line.split("# ").nth(1).unwrap()).collect();
+        assert!(origins.len() > 2, "{text}");
+        assert_eq!(origins.iter().filter(|origin| **origin == "default").count(), origins.len() - 1, "{text}");
+        assert!(origins.contains(&"--set detector.iss.salient-radius=5pr"), "{text}");
     }
 
     #[test]

@@ -6,7 +6,6 @@
 //! where the paper leaves a gap, the place says how it was settled. Nothing here opens a file or prints.
 
 pub mod calibration;
-mod csv;
 pub mod experiment;
 mod matches;
 mod row;
@@ -14,7 +13,6 @@ pub mod statistics;
 mod summary;
 mod truth;
 
-pub use csv::csv_line;
 pub use matches::{InlierShare, inlier_share, repeatability};
 pub use row::{PairRow, Status};
 pub use summary::{BANDS, D_RMSE, Summary, VERDICT_D_RMSE, mcnemar_of};

@@ -1,7 +1,8 @@
 //! What is written down about one pair.
 
-use crate::{GroundTruth, SHARED_WITHIN_PR, csv_line, inlier_share, repeatability};
+use crate::{GroundTruth, SHARED_WITHIN_PR, inlier_share, repeatability};
 use congruent_geometry::{RigidTransform, to_rows};
+use congruent_io::csv_line;
 use congruent_metrics::Evidence;
 use congruent_pipeline::{Registration, Trace, VerdictKind};
 use serde::{Deserialize, Serialize};

@@ -6,6 +6,7 @@
 
 mod blanked;
 mod content;
+mod csv;
 mod dataset;
 mod e57;
 mod error;
@@ -29,6 +30,7 @@ mod write;
 mod write_scan;
 mod xyz;
 
+pub use csv::{csv_fields, csv_line};
 pub use dataset::{
     About, Dataset, DatasetFault, PairLine, PairsAbout, TruePair, TruthAbout, TruthFormat, pairs_csv, read_dataset,
 };

@@ -2,6 +2,7 @@
 
 use super::row::Row;
 use crate::result::Counts;
+use congruent_io::csv_line;
 use congruent_pipeline::VerdictKind;
 
 /// A field of a table.
@@ -77,41 +78,30 @@ fn number(name: &str, value: Option<f64>) -> (String, Cell<'static>) {
 /// All rows as a CSV table with a header; fields without a value are empty.
 pub(super) fn csv(rows: &[Row]) -> String {
     let header: Vec<String> = cells(None).into_iter().map(|(name, _)| name).collect();
-    let mut text = header.join(",") + "\n";
+    let mut text = csv_line(header) + "\n";
     for row in rows {
-        let fields: Vec<String> = cells(Some(row)).iter().map(|(_, cell)| field(cell)).collect();
-        text += &(fields.join(",") + "\n");
+        text += &(csv_line(cells(Some(row)).iter().map(|(_, cell)| field(cell))) + "\n");
     }
     text
 }
 
 fn field(cell: &Cell<'_>) -> String {
     match cell {
-        Cell::Text(value) => quoted(value.unwrap_or_default()),
+        Cell::Text(value) => value.unwrap_or_default().to_owned(),
         Cell::Number(value) => value.map_or(String::new(), |v| format!("{v:?}")),
         Cell::Count(value) => value.map_or(String::new(), |v| v.to_string()),
-    }
-}
-
-/// In quotes where it would otherwise be taken for more than one field, or for a comment.
-fn quoted(field: &str) -> String {
-    if field.starts_with('#') || field.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", field.replace('"', "\"\"").replace(['\n', '\r'], " "))
-    } else {
-        field.to_owned()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::row::tests::broken;
-    use super::super::table::fields;
     use super::*;
 
     #[test]
     fn a_row_has_a_field_for_each_column() {
         let text = csv(&[broken("#a--b")]);
-        let mut lines = text.lines().map(fields);
+        let mut lines = text.lines().map(congruent_io::csv_fields);
         let (names, values) = (lines.next().unwrap(), lines.next().unwrap());
         assert_eq!((names.len(), lines.next()), (values.len(), None));
         let value = |name: &str| values[names.iter().position(|n| n == name).unwrap()].as_str();

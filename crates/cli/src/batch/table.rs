@@ -2,6 +2,7 @@
 
 use anyhow::{Result, anyhow, bail};
 use congruent_geometry::{RigidTransform, from_rows};
+use congruent_io::csv_fields;
 use std::path::Path;
 
 /// A pose farther from a rigid motion than this (Frobenius norm) is worth a warning …
@@ -75,9 +76,9 @@ fn csv(text: &str) -> Result<Columns> {
     let mut rows = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
     let (_, header) =
         rows.next().ok_or_else(|| anyhow!("is empty; name the columns source,target in the first line"))?;
-    let names: Vec<String> = fields(header).iter().map(|name| name.to_ascii_lowercase()).collect();
+    let names: Vec<String> = csv_fields(header).iter().map(|name| name.to_ascii_lowercase()).collect();
     let row = |(number, line): (usize, &str)| {
-        let fields = fields(line);
+        let fields = csv_fields(line);
         if fields.len() != names.len() {
             bail!("line {number}: holds {} fields, the header names {}", fields.len(), names.len());
         }
@@ -181,27 +182,6 @@ fn rigid(numbers: &[f64], what: &str, line: usize) -> Result<Pose> {
     Ok(Pose { nearest, is_skewed: from_rows(&rows, WARN_ABOVE).is_none() })
 }
 
-/// The fields of a CSV line; one in double quotes may hold commas, and quotes written twice.
-pub(super) fn fields(line: &str) -> Vec<String> {
-    let mut all = vec![String::new()];
-    let mut quoted = false;
-    let mut characters = line.trim_end_matches('\r').chars().peekable();
-    while let Some(c) = characters.next() {
-        let last = all.last_mut().expect("there is always a field");
-        match c {
-            '"' if quoted && characters.peek() == Some(&'"') => {
-                characters.next();
-                last.push('"');
-            }
-            '"' => quoted = !quoted,
-            ',' if !quoted => all.push(String::new()),
-            _ => last.push(c),
-        }
-    }
-    all.iter_mut().for_each(|field| *field = field.trim().to_owned());
-    all
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -214,11 +194,6 @@ mod tests {
         let path = folder.path().join(name);
         std::fs::write(&path, text).unwrap();
         read(&path)
-    }
-
-    #[test]
-    fn fields_may_be_quoted() {
-        assert_eq!(fields(r#"a, b ,"c,""d""",,"#), ["a", "b", r#"c,"d""#, "", ""]);
     }
 
     #[test]

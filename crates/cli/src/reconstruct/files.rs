@@ -7,7 +7,7 @@ use crate::args::ReconstructArgs;
 use crate::batch::Ended;
 use anyhow::Result;
 use congruent_geometry::{RigidTransform, to_rows};
-use congruent_io::{write_file, write_pose};
+use congruent_io::{csv_line, write_file, write_pose};
 use congruent_multiway::Edge;
 use nalgebra::{Matrix6, Vector3};
 use std::fmt::Write;
@@ -47,7 +47,7 @@ fn poses_csv(scans: &[ScanLine]) -> String {
     let matrix: Vec<String> = (0..16).map(|i| format!("m{}{}", i / 4, i % 4)).collect();
     let mut text = format!("scan,component,{},uncertainty,touches,overlap,problem\n", matrix.join(","));
     for scan in scans {
-        let mut fields = vec![quoted(&scan.scan), scan.component.map_or_else(String::new, |number| number.to_string())];
+        let mut fields = vec![scan.scan.clone(), scan.component.map_or_else(String::new, |number| number.to_string())];
         match &scan.frame_from_file {
             Some(pose) => fields.extend(to_rows(pose).as_flattened().iter().map(|v| format!("{v:?}"))),
             None => fields.extend(std::iter::repeat_n(String::new(), 16)),
@@ -55,18 +55,10 @@ fn poses_csv(scans: &[ScanLine]) -> String {
         fields
             .push(scan.uncertainty.filter(|_| scan.component.is_some()).map_or_else(String::new, |v| format!("{v:?}")));
         fields.extend([scan.touches.to_string(), format!("{:?}", scan.overlap)]);
-        fields.push(quoted(scan.problem.as_deref().unwrap_or_default()));
-        text += &(fields.join(",") + "\n");
+        fields.push(scan.problem.clone().unwrap_or_default());
+        text += &(csv_line(fields) + "\n");
     }
     text
-}
-
-fn quoted(field: &str) -> String {
-    if field.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", field.replace('"', "\"\"").replace(['\n', '\r'], " "))
-    } else {
-        field.to_owned()
-    }
 }
 
 /// The scan's name with another ending; the whole name with the ending added where two scans would have the same one, folders

@@ -1,6 +1,7 @@
 //! Where in a sweep a result belongs, and what it is.
 
-use crate::{InlierShare, csv_line};
+use crate::InlierShare;
+use congruent_io::csv_line;
 
 /// Where in the sweep a result belongs.
 #[derive(Clone, Debug, PartialEq)]

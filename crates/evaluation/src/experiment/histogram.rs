@@ -2,7 +2,8 @@
 
 use super::Tally;
 use super::tally::Column;
-use crate::{InlierShare, csv_line};
+use crate::InlierShare;
+use congruent_io::csv_line;
 
 /// Width of a bin of the inlier ratio, percent.
 const PERCENT_STEP: usize = 5;

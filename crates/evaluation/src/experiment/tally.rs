@@ -1,8 +1,9 @@
 //! Results of all pairs, counted.
 
 use super::{Axis, Cell, Measured, Plan, Shows};
+use crate::InlierShare;
 use crate::statistics::wilson;
-use crate::{InlierShare, csv_line};
+use congruent_io::csv_line;
 use std::collections::HashMap;
 
 /// All that an experiment measured, a column a cell of a data set.

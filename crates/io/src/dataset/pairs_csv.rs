@@ -2,6 +2,7 @@
 
 use super::lines::{at_line, lines, number};
 use super::{DatasetFault, Listed, Motion, Truth};
+use crate::csv::{csv_fields, csv_line};
 use congruent_geometry::{RigidTransform, to_rows};
 
 const COLUMNS: [&str; 15] =
@@ -28,7 +29,7 @@ pub fn pairs_csv(pairs: &[PairLine]) -> String {
         let rows = to_rows(&pair.target_from_source);
         let numbers = rows[..3].iter().flatten().map(|v| format!("{v:?}"));
         let fields = [pair.source.clone(), pair.target.clone(), format!("{:.4}", pair.overlap)];
-        text += &(fields.into_iter().chain(numbers).collect::<Vec<_>>().join(",") + "\n");
+        text += &(csv_line(fields.into_iter().chain(numbers)) + "\n");
     }
     text
 }
@@ -36,25 +37,24 @@ pub fn pairs_csv(pairs: &[PairLine]) -> String {
 /// An empty overlap is one that is not known.
 pub(super) fn parse(text: &str) -> Result<Listed, DatasetFault> {
     let mut lines = lines(text);
-    let header: Vec<&str> = lines.next().map_or("", |(_, line)| line).split(',').map(field).collect();
+    let header: Vec<String> = csv_fields(lines.next().map_or("", |(_, line)| line));
     let mut places = [0; COLUMNS.len()];
     for (place, missing) in places.iter_mut().zip(COLUMNS) {
-        *place = header.iter().position(|name| *name == missing).ok_or(DatasetFault::Column { missing })?;
+        *place = header
+            .iter()
+            .position(|name| name.eq_ignore_ascii_case(missing))
+            .ok_or(DatasetFault::Column { missing })?;
     }
     Ok(lines.map(|(line, content)| pair(line, content, header.len(), &places)).collect())
 }
 
-fn field(text: &str) -> &str {
-    text.trim().trim_matches('"')
-}
-
 fn pair(line: usize, content: &str, width: usize, places: &[usize; COLUMNS.len()]) -> Result<Truth, DatasetFault> {
-    let fields: Vec<&str> = content.split(',').map(field).collect();
+    let fields = csv_fields(content);
     if fields.len() != width {
         let expected = "as many are needed as the header has";
         return Err(DatasetFault::Width { line, found: fields.len(), expected });
     }
-    let at = |column: usize| fields[places[column]];
+    let at = |column: usize| fields[places[column]].as_str();
     let overlap = if at(2).is_empty() { None } else { Some(number(at(2), line)?) };
     let matrix: Vec<f64> = (3..COLUMNS.len()).map(|column| number(at(column), line)).collect::<Result<_, _>>()?;
     Ok(Truth {
@@ -74,10 +74,11 @@ mod tests {
     #[test]
     fn what_is_written_is_read_again() {
         let pose = RigidTransform::new(nalgebra::Vector3::new(0.1, -1e7, 3.3), nalgebra::Vector3::new(0.3, 1.0, -0.2));
-        let line = PairLine { source: "b.ply".into(), target: "a.ply".into(), overlap: 0.25, target_from_source: pose };
+        let line =
+            PairLine { source: "b, \"1\".ply".into(), target: "a.ply".into(), overlap: 0.25, target_from_source: pose };
         let read = whole(parse(&pairs_csv(&[line.clone(), line])).unwrap());
         assert_eq!(read.len(), 2);
-        assert_eq!((read[1].source.as_str(), read[1].overlap), ("b.ply", Some(0.25)));
+        assert_eq!((read[1].source.as_str(), read[1].overlap), ("b, \"1\".ply", Some(0.25)));
         assert!((read[1].motion.pose.to_homogeneous() - pose.to_homogeneous()).norm() < 1e-14);
     }
 
@@ -86,7 +87,7 @@ mod tests {
         let mut names = COLUMNS.to_vec();
         names.reverse();
         names.push("note");
-        let text = format!("{}\n3,1,0,0,2,0,1,0,1,0,0,1,,t.ply,s.ply,hello\n", names.join(","));
+        let text = format!("{}\n3,1,0,0,2,0,1,0,1,0,0,1,,t.ply,s.ply,hello\n", names.join(",").to_uppercase());
         let read = whole(parse(&text).unwrap());
         assert_eq!((read[0].source.as_str(), read[0].target.as_str(), read[0].overlap), ("s.ply", "t.ply", None));
         assert_eq!(read[0].motion.pose.translation.vector, nalgebra::Vector3::new(1.0, 2.0, 3.0));
