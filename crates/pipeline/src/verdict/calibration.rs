@@ -48,6 +48,12 @@ const MAX_DISAGREEING: f64 = 0.05;
 /// So do angles between normals, up to this, radians.
 const MAX_NORMAL_ANGLE: f64 = 0.4;
 
+/// By so many powers of ten random poses are excluded where things of the same parts lie on each other (102 at most in 2770
+/// registrations of known truth, 500 of them of scans that do not belong together) …
+const POWERS_OF_ALIKE: f64 = 100.0;
+/// … and so many beyond them count as much as e times as many below.
+const POWERS_A_FOLD: f64 = 50.0;
+
 impl Predictors {
     /// The terms of the model, in the order of [`Calibration::weights`].
     #[must_use]
@@ -58,11 +64,17 @@ impl Predictors {
             self.residual_pr,
             self.disagreeing.min(MAX_DISAGREEING),
             self.contradictions,
-            (-self.log10_false_alarms).max(0.0).ln_1p(),
+            excluded((-self.log10_false_alarms).max(0.0)),
             self.stiffness.max(MIN_STIFFNESS).ln(),
             self.normal_angle.min(MAX_NORMAL_ANGLE),
         ]
     }
+}
+
+/// What some powers of ten by which random poses are excluded are worth. Each says less than the one before, but for those
+/// beyond what things that are merely alike come to.
+fn excluded(powers: f64) -> f64 {
+    powers.min(POWERS_OF_ALIKE).ln_1p() + (powers - POWERS_OF_ALIKE).max(0.0) / POWERS_A_FOLD
 }
 
 /// Coefficients of the model, one for each term.
@@ -84,7 +96,7 @@ pub struct Calibration {
     /// Per share of points that contradict.
     #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub contradictions: f64,
-    /// Per natural logarithm of the powers of ten by which random poses are excluded, one more: each says less than the one before.
+    /// Per natural logarithm of the powers of ten by which random poses are excluded, one more; beyond a hundred, per fifty.
     #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub ln_powers_of_ten: f64,
     /// Per natural logarithm of the stiffness of the loosest direction.
@@ -183,6 +195,17 @@ mod tests {
         assert!((calibration.confidence(&GOOD) - 1.0 / (1.0 + (-log_odds).exp())).abs() < 1e-12);
         let of_six = calibration.log_odds(&Predictors { chosen_from: 6, ..GOOD });
         assert!((of_six - (log_odds - 6f64.ln())).abs() < 1e-12);
+    }
+
+    #[test]
+    fn hundreds_of_powers_of_ten_outweigh_a_rough_fit() {
+        assert_eq!(excluded(0.0), 0.0);
+        assert!((excluded(POWERS_OF_ALIKE) - 101f64.ln()).abs() < 1e-12);
+        assert!((excluded(POWERS_OF_ALIKE + 3.0 * POWERS_A_FOLD) - excluded(POWERS_OF_ALIKE) - 3.0).abs() < 1e-12);
+        let rough = Predictors { residual_pr: 0.65, normal_angle: 0.15, contradictions: 0.02, ..GOOD };
+        let calibration = Calibration::default();
+        let confidence = |log10_false_alarms| calibration.confidence(&Predictors { log10_false_alarms, ..rough });
+        assert!(confidence(-100.0) < 0.5 && confidence(-300.0) > 0.9, "{} {}", confidence(-100.0), confidence(-300.0));
     }
 
     #[test]
