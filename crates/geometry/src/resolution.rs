@@ -71,7 +71,7 @@ fn measured(mut distances_sq: Vec<f32>, is_exact: bool) -> Option<Resolution> {
     }
     let n = distances_sq.len() as f64;
     let distances = || distances_sq.iter().map(|&distance_sq| f64::from(distance_sq).sqrt());
-    let (mean, median) = rayon::join(|| distances().sum::<f64>() / n, || median_sq(&distances_sq).sqrt());
+    let (mean, median) = (distances().sum::<f64>() / n, median_sq(&distances_sq).sqrt());
     let variance = || distances().map(|d| (d - mean).powi(2)).sum::<f64>() / n;
     let standard_error = if is_exact { 0.0 } else { (variance() / n).sqrt() };
     let lonely = distances().filter(|d| *d > LONELY * median).count() as f64 / n;

@@ -48,8 +48,8 @@ const MAX_DISAGREEING: f64 = 0.05;
 /// So do angles between normals, up to this, radians.
 const MAX_NORMAL_ANGLE: f64 = 0.4;
 
-/// By so many powers of ten random poses are excluded where things of the same parts lie on each other (102 at most in 2770
-/// registrations of known truth, 500 of them of scans that do not belong together) …
+/// Random poses are excluded by about so many powers of ten at most where things of the same parts lie on each other (102 the most
+/// in 80 registrations of alike objects) …
 const POWERS_OF_ALIKE: f64 = 100.0;
 /// … and so many beyond them count as much as e times as many below.
 const POWERS_A_FOLD: f64 = 50.0;
