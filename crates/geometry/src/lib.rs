@@ -3,31 +3,17 @@
 //! A [`RawScan`] is what a file says. [`Scan::new`] cleans and centres it. A [`Surface`] adds unit normals, a
 //! neighbour index and the resolution, which is what detectors and descriptors work on.
 
-mod blocks;
 mod bounds;
-mod cells;
-mod eigen;
-mod few_neighbors;
-mod field;
 mod fit;
-mod following;
-mod grid;
-mod index;
 pub mod lanes;
 mod length;
-mod mesh;
-mod nearest_table;
+mod neighbors;
 mod normals;
 pub mod numbers;
-mod ordered;
-mod orientation;
-mod outer_sum;
-mod radius;
 pub mod random;
 mod repeated;
 mod resolution;
 mod scan;
-mod scatter;
 mod spare;
 mod strays;
 mod surface;
@@ -35,20 +21,13 @@ mod transform;
 mod view;
 mod voxel;
 
-pub use cells::Cells;
-pub use eigen::{SortedEigen, sorted_eigen};
-pub use field::NearestField;
 pub use fit::{fit_three, fit_weighted};
-pub use following::LastSeen;
-pub use index::{Neighbor, NeighborIndex};
 pub use length::{Length, LengthError};
-pub use mesh::vertex_normals;
-pub use nearest_table::NearestTable;
-pub use normals::{Neighborhood, PointNormal, estimate_normals};
-pub use ordered::OrderedPoints;
-pub use orientation::{Orientation, Oriented, orient};
-pub use outer_sum::OuterSum;
-pub use radius::RadiusSearch;
+pub use neighbors::{
+    Cells, LastSeen, NearestField, NearestTable, Neighbor, NeighborIndex, OrderedPoints, RadiusSearch,
+};
+pub use normals::{Neighborhood, Orientation, Oriented, OuterSum, PointNormal, SortedEigen};
+pub use normals::{estimate_normals, orient, sorted_eigen, vertex_normals};
 pub use resolution::{Resolution, resolution, resolution_at, resolution_sampled};
 pub use scan::{Dropped, RawScan, Scan, ScanError};
 pub use spare::Spare;

@@ -1,8 +1,7 @@
 //! The resolution of a cloud, `pr`: the length all other lengths are measured in.
 
-use crate::blocks::{Block, LANES};
-use crate::few_neighbors::nearest_others_sq;
-use crate::ordered::lesser;
+use crate::neighbors::blocks::{Block, LANES};
+use crate::neighbors::{lesser, nearest_others_sq};
 use crate::random::Stream;
 use crate::{NeighborIndex, OrderedPoints, Point};
 use multiversion::multiversion;

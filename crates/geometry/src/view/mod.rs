@@ -10,7 +10,7 @@ mod cloud;
 mod dome;
 mod screen;
 
-use crate::orientation::propagate;
+use crate::normals::propagate;
 use crate::{NeighborIndex, Point, narrow, wide};
 use cloud::Cloud;
 use nalgebra::Vector3;

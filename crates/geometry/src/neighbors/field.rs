@@ -1,6 +1,6 @@
 //! The nearest point of a cloud, looked up in a grid: what kd-trees answer exactly, answered in one memory access.
 
-use crate::grid::Grid;
+use super::grid::Grid;
 use crate::{Point, Spare};
 use multiversion::multiversion;
 use rayon::prelude::*;

@@ -1,7 +1,19 @@
-//! Normals by principal component analysis of a neighbourhood.
+//! Normals by principal component analysis of a neighbourhood, and which side of the surface they point to.
 
-use crate::blocks::Block;
-use crate::scatter::{Beside, Near, Scatter, normals_of, scatters_in_block};
+mod eigen;
+mod mesh;
+mod orientation;
+mod outer_sum;
+mod scatter;
+
+pub use eigen::{SortedEigen, sorted_eigen};
+pub use mesh::vertex_normals;
+pub(crate) use orientation::propagate;
+pub use orientation::{Orientation, Oriented, orient};
+pub use outer_sum::OuterSum;
+
+use self::scatter::{Beside, Near, Scatter, normals_of, scatters_in_block};
+use crate::neighbors::blocks::Block;
 use crate::{NeighborIndex, OrderedPoints, Point};
 use rayon::prelude::*;
 use std::ops::Range;

@@ -4,9 +4,9 @@
 //! the places that are near, each with the few points that can be the nearest there, answers at a fraction of the cost of
 //! a search, and never wrongly.
 
+use super::grid::Grid;
+use super::ordered::distance_sq;
 use crate::Point;
-use crate::grid::Grid;
-use crate::ordered::distance_sq;
 use std::ops::Range;
 
 /// More cells than this would cost more than they save; the cells grow instead.

@@ -1,7 +1,7 @@
 //! The nearest other point of a few points of a large cloud, without an index of the whole.
 
+use super::ordered::distance_sq;
 use crate::bounds::bounds;
-use crate::ordered::distance_sq;
 use crate::{NeighborIndex, OrderedPoints, Point};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;

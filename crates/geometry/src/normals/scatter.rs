@@ -1,8 +1,8 @@
 //! How the neighbours of a point are scattered around it.
 
-use crate::blocks::{Column, LANES};
-use crate::eigen::{MATRICES, Smallest, Triangles, smallest_eigen};
+use super::eigen::{MATRICES, Smallest, Triangles, smallest_eigen};
 use crate::lanes::{dot, sum};
+use crate::neighbors::blocks::{Column, LANES};
 use crate::{OuterSum, Point, PointNormal, SortedEigen, narrow, sorted_eigen, wide};
 use multiversion::multiversion;
 use nalgebra::{Matrix3, Vector3};

@@ -3,8 +3,8 @@
 //! Where many points are asked for all of their many neighbours, reading runs from end to end is several times faster than
 //! walking a tree, and the work on a run can use whole vector registers.
 
+use super::grid::Grid;
 use crate::Point;
-use crate::grid::Grid;
 use multiversion::multiversion;
 use rayon::prelude::*;
 use std::ops::Range;

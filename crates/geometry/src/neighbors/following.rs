@@ -1,6 +1,6 @@
 //! The nearest points of places that move little from one time to the next.
 
-use crate::ordered::{distance_sq, lesser};
+use super::ordered::{distance_sq, lesser};
 use crate::{OrderedPoints, Point};
 
 /// A place that has found nothing looks farther by this factor, …
