@@ -5,10 +5,9 @@
 //! present pose, so the score never falls.
 
 use crate::{Distinctness, Hypothesis};
-use congruent_geometry::{RigidTransform, fit_weighted};
+use congruent_geometry::{RigidTransform, Spare, fit_weighted};
 use congruent_metrics::{Evidence, Metric, Score};
 use rayon::prelude::*;
-use std::cell::Cell;
 
 /// Gains below this share of the score end the rounds.
 const MIN_GAIN: f64 = 1e-6;
@@ -23,10 +22,11 @@ pub fn optimise(
     evidence: &Evidence,
     rounds: usize,
 ) -> (RigidTransform, Score) {
+    let slope = Slope::new(metric, evidence);
     let score = metric.score(evidence, start);
     let mut climb = Climb::new(Hypothesis { target_from_source: *start, score, trial: 0 });
     for _ in 0..rounds {
-        climb.step(metric, evidence);
+        climb.step(&slope);
     }
     (climb.best.target_from_source, climb.best.score)
 }
@@ -43,9 +43,10 @@ pub fn optimise_all(
     rounds: usize,
     distinctness: &Distinctness,
 ) -> Vec<Hypothesis> {
+    let slope = Slope::new(metric, evidence);
     let mut climbs: Vec<Climb> = starts.into_iter().map(Climb::new).collect();
     for _ in 0..rounds {
-        climbs.par_iter_mut().with_max_len(CLIMBS_AT_A_TIME).for_each(|climb| climb.step(metric, evidence));
+        climbs.par_iter_mut().with_max_len(CLIMBS_AT_A_TIME).for_each(|climb| climb.step(&slope));
         climbs.sort_by(|a, b| a.best.best_first(&b.best));
         let apart = distinctness.positions(&climbs, |climb| &climb.best.target_from_source, usize::MAX);
         climbs = apart.into_iter().map(|position| climbs[position]).collect();
@@ -67,15 +68,15 @@ impl Climb {
         Climb { best: start, pose: start.target_from_source, is_done: false }
     }
 
-    fn step(&mut self, metric: &dyn Metric, evidence: &Evidence) {
+    fn step(&mut self, slope: &Slope) {
         if self.is_done {
             return;
         }
-        let Some(next) = refit(&self.pose, metric, evidence) else {
+        let Some(next) = slope.refit(&self.pose) else {
             self.is_done = true;
             return;
         };
-        let score = metric.score(evidence, &next);
+        let score = slope.metric.score(slope.evidence, &next);
         let gain = score.value() - self.best.score.value();
         if score > self.best.score {
             self.best = Hypothesis { target_from_source: next, score, ..self.best };
@@ -85,20 +86,28 @@ impl Climb {
     }
 }
 
-thread_local! {
-    /// Squared residuals and weights: lists for each fit would be given back and taken again from the system.
-    static BUFFERS: Cell<(Vec<f32>, Vec<f64>)> = const { Cell::new((Vec::new(), Vec::new())) };
+/// What poses are raised on.
+struct Slope<'a> {
+    metric: &'a dyn Metric,
+    evidence: &'a Evidence,
+    /// Squared residuals and weights.
+    spare: Spare<(Vec<f32>, Vec<f64>)>,
 }
 
-/// One weighted fit.
-fn refit(pose: &RigidTransform, metric: &dyn Metric, evidence: &Evidence) -> Option<RigidTransform> {
-    let (mut residuals_sq, mut weights) = BUFFERS.take();
-    evidence.residuals_sq(pose, &mut residuals_sq);
-    metric.weights(&residuals_sq, &mut weights);
-    let counted = weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0);
-    let fitted = fit_weighted(counted.map(|(i, weight)| (evidence.source(i), evidence.target(i), *weight)));
-    BUFFERS.set((residuals_sq, weights));
-    fitted
+impl<'a> Slope<'a> {
+    fn new(metric: &'a dyn Metric, evidence: &'a Evidence) -> Self {
+        Slope { metric, evidence, spare: Spare::default() }
+    }
+
+    /// One weighted fit.
+    fn refit(&self, pose: &RigidTransform) -> Option<RigidTransform> {
+        self.spare.with(|(residuals_sq, weights)| {
+            self.evidence.residuals_sq(pose, residuals_sq);
+            self.metric.weights(residuals_sq, weights);
+            let counted = weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0);
+            fit_weighted(counted.map(|(i, weight)| (self.evidence.source(i), self.evidence.target(i), *weight)))
+        })
+    }
 }
 
 #[cfg(test)]
@@ -138,7 +147,7 @@ mod tests {
                 let mut pose = three_point_pose(&evidence);
                 let mut score = metric.score(&evidence, &pose).value();
                 for _ in 0..20 {
-                    let Some(next) = refit(&pose, metric, &evidence) else { break };
+                    let Some(next) = Slope::new(metric, &evidence).refit(&pose) else { break };
                     let after = metric.score(&evidence, &next).value();
                     // Sums of f32 gains repeat to about six digits.
                     assert!(after >= score - 2e-5 * score.abs(), "seed {seed}: {score} fell to {after}");
