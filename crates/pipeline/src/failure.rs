@@ -7,10 +7,12 @@ use crate::Pair;
 #[non_exhaustive]
 pub enum Failure {
     /// Sampling was too coarse for the scan.
-    #[error("sampling left {left} points of a scan, too few to go by; choose smaller cells in [sampling]")]
+    #[error("sampling left {left} of the {of} points of a scan, too few to go by; choose smaller cells in [sampling]")]
     FewPoints {
         /// Points left.
         left: usize,
+        /// Points of the scan.
+        of: usize,
     },
     /// A scan without enough keypoints.
     #[error(

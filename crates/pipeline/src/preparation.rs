@@ -138,7 +138,7 @@ impl Cloud {
                 let (origin, viewpoint) = (*scan.origin(), scan.viewpoint());
                 Ok(Cloud { sample, origin, viewpoint, index, resolution: resolution.mean })
             }
-            _ => Err(Failure::FewPoints { left: sample.points.len() }),
+            _ => Err(Failure::FewPoints { left: sample.points.len(), of: scan.points().len() }),
         }
     }
 

@@ -209,11 +209,16 @@ impl Attempt {
 }
 
 impl PipelineConfig {
-    /// The settings of all attempts, in their order.
+    /// The settings of all attempts, in their order; a step that changes nothing here repeats none.
     pub(crate) fn attempts(&self) -> impl Iterator<Item = (PipelineConfig, Signs)> + '_ {
         let changed = |step: &EscalationStep| (step.applied(self), step.signs);
         let plain = std::iter::once_with(|| (self.clone(), Signs::Kept));
-        self.quick.iter().map(changed).chain(plain).chain(self.escalation.iter().map(changed))
+        let mut before = Vec::new();
+        self.quick.iter().map(changed).chain(plain).chain(self.escalation.iter().map(changed)).filter(move |attempt| {
+            let is_new = !before.contains(attempt);
+            before.push(attempt.clone());
+            is_new
+        })
     }
 }
 
@@ -251,4 +256,31 @@ fn views(oriented: &Pair<Oriented>, origins: &Pair<Vector3<f64>>) -> Pair<Orient
         ..oriented
     };
     Pair { source: placed(oriented.source, origins.source), target: placed(oriented.target, origins.target) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{VerdictConfig, VoxelGridConfig};
+
+    fn n_attempts(config: &PipelineConfig) -> usize {
+        config.attempts().count()
+    }
+
+    #[test]
+    fn a_step_that_changes_nothing_is_no_attempt() {
+        let default = PipelineConfig::default();
+        assert_eq!(n_attempts(&default), default.quick.len() + 1 + default.escalation.len());
+        // A grid of a given size has no budget of points that could be changed.
+        let gridded =
+            PipelineConfig { sampling: SamplingConfig::VoxelGrid(VoxelGridConfig::default()), ..default.clone() };
+        assert_eq!(n_attempts(&gridded), n_attempts(&default) - 1);
+        // Without a ranking there are no poses to be refined fewer of.
+        let unranked = PipelineConfig {
+            ranking: RankingConfig::None {},
+            verdict: VerdictConfig::AContrario(crate::AContrarioConfig::default()),
+            ..default.clone()
+        };
+        assert_eq!(n_attempts(&unranked), n_attempts(&default) - 1);
+    }
 }

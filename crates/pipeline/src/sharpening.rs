@@ -21,10 +21,14 @@ impl Chain<'_, '_> {
     /// # Errors
     /// The scans were looked at much more finely before, and now one of them is hardly there.
     pub(crate) fn enough_points(&self) -> Result<(), Failure> {
-        let left = self.counts.sampled.source.min(self.counts.sampled.target);
+        let counts = [
+            (self.counts.sampled.source, self.counts.points.source),
+            (self.counts.sampled.target, self.counts.points.target),
+        ];
+        let (left, of) = counts.into_iter().min().expect("two scans");
         let finest = self.memory.finest().map_or(f64::INFINITY, |(_, finest)| finest.resolution);
         let is_few = MUCH_FINER * finest < self.resolution;
-        if is_few && left < FEWEST { Err(Failure::FewPoints { left }) } else { Ok(()) }
+        if is_few && left < FEWEST { Err(Failure::FewPoints { left, of }) } else { Ok(()) }
     }
 
     /// The answer, refined on the finest surfaces of the attempts before if they are much finer and if it then fits them better. The
