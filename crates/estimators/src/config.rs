@@ -2,7 +2,7 @@
 
 mod graph;
 
-pub use graph::{CliquesConfig, PivotsConfig, SeedsConfig};
+pub use graph::{CliquesConfig, GraphConfig, PivotsConfig, SeedsConfig};
 
 use crate::{AdaptiveStop, HypothesisGenerator, Order, PairRule, TripleRule};
 use crate::{OnePoint, SacIa, ThreePoint, TwoPoint};
@@ -225,13 +225,14 @@ mod tests {
             adaptive_stop: Some(AdaptiveStopConfig::default()),
             ..RansacConfig::default()
         };
+        let pruned = GraphConfig { pruning: crate::Pruning::Core, ..GraphConfig::default() };
         for config in [
             EstimatorConfig::default(),
             EstimatorConfig::Ransac(choosy.clone()),
             EstimatorConfig::TwoPoint(TwoPointConfig { angle_test: AngleTest::Off, ..TwoPointConfig::default() }),
             EstimatorConfig::OnePoint(OnePointConfig::default()),
             EstimatorConfig::SacIa(SacIaConfig::default()),
-            EstimatorConfig::Pivots(PivotsConfig { pruning: crate::Pruning::Core, ..PivotsConfig::default() }),
+            EstimatorConfig::Pivots(PivotsConfig { graph: pruned, ..PivotsConfig::default() }),
             EstimatorConfig::Seeds(SeedsConfig::default()),
             EstimatorConfig::Cliques(CliquesConfig::default()),
         ] {

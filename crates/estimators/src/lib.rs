@@ -36,8 +36,8 @@ pub use adaptive_stop::AdaptiveStop;
 pub use cliques::Cliques;
 pub use config::EstimatorConfig;
 pub use config::{
-    AdaptiveStopConfig, AngleTest, CliquesConfig, OnePointConfig, PivotsConfig, RansacConfig, SacIaConfig, SeedsConfig,
-    TwoPointConfig,
+    AdaptiveStopConfig, AngleTest, CliquesConfig, GraphConfig, OnePointConfig, PivotsConfig, RansacConfig, SacIaConfig,
+    SeedsConfig, TwoPointConfig,
 };
 pub use graph::{Compatibility, Graph};
 pub use local_optimisation::{optimise, optimise_all};

@@ -25,7 +25,7 @@ const ESTIMATORS: [&str; 11] = [
     "[one-point]",
     "[sac-ia]\niterations = 400",
     "[pivots]\npivots = 150",
-    "[pivots]\npivots = 150\npruning = \"core\"",
+    "[pivots]\npivots = 150\n[pivots.graph]\npruning = \"core\"",
     "[seeds]",
     "[cliques]",
 ];

@@ -5,10 +5,10 @@ use congruent_geometry::Length;
 use congruent_metrics::Evidence;
 use serde::{Deserialize, Serialize};
 
-/// Settings of `[estimator.pivots]`.
+/// Settings of the compatibility graph, for instance `[estimator.pivots.graph]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
-pub struct PivotsConfig {
+pub struct GraphConfig {
     /// Distances in the two scans may differ by this much.
     pub tolerance: Length,
     /// Correspondences closer than this are not compared.
@@ -21,26 +21,22 @@ pub struct PivotsConfig {
     pub max_cosine: f64,
     /// What is taken off the graph first.
     pub pruning: Pruning,
+}
+
+/// Settings of `[estimator.pivots]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
+pub struct PivotsConfig {
     /// At most this many pivots; each proposes two poses.
     pub pivots: usize,
+    /// Which correspondences are joined.
+    pub graph: GraphConfig,
 }
 
 /// Settings of `[estimator.seeds]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct SeedsConfig {
-    /// Distances in the two scans may differ by this much; shared neighbours are counted with half of it.
-    pub tolerance: Length,
-    /// Correspondences closer than this are not compared.
-    pub min_distance: Length,
-    /// The angle between two normals may differ by this much, radians.
-    #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
-    pub max_angle: f64,
-    /// The cosine between a normal and the line to the other point may differ by this much.
-    #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
-    pub max_cosine: f64,
-    /// What is taken off the graph first.
-    pub pruning: Pruning,
     /// The source points of two seeds are farther apart than this.
     pub separation: Length,
     /// Seeds as a share of the correspondences, at most; each proposes one pose.
@@ -50,115 +46,86 @@ pub struct SeedsConfig {
     pub gathered: usize,
     /// How many of those are fitted.
     pub kept: usize,
+    /// Which correspondences are joined; shared neighbours are counted with half of its tolerance.
+    pub graph: GraphConfig,
 }
 
 /// Settings of `[estimator.cliques]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct CliquesConfig {
-    /// Distances in the two scans may differ by this much.
-    pub tolerance: Length,
-    /// Correspondences closer than this are not compared.
-    pub min_distance: Length,
-    /// The angle between two normals may differ by this much, radians.
-    #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
-    pub max_angle: f64,
-    /// The cosine between a normal and the line to the other point may differ by this much.
-    #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
-    pub max_cosine: f64,
-    /// What is taken off the graph first.
-    pub pruning: Pruning,
     /// Branches of the search that are followed to their end, for each correspondence.
     pub branches: usize,
+    /// Which correspondences are joined.
+    pub graph: GraphConfig,
 }
 
-const TOLERANCE: Length = Length::Resolutions(4.0);
-const MIN_DISTANCE: Length = Length::Resolutions(8.0);
-const MAX_ANGLE: f64 = 0.45;
-const MAX_COSINE: f64 = 0.4;
+impl Default for GraphConfig {
+    fn default() -> Self {
+        GraphConfig {
+            tolerance: Length::Resolutions(4.0),
+            min_distance: Length::Resolutions(8.0),
+            max_angle: 0.45,
+            max_cosine: 0.4,
+            pruning: Pruning::default(),
+        }
+    }
+}
 
 impl Default for PivotsConfig {
     fn default() -> Self {
-        PivotsConfig {
-            tolerance: TOLERANCE,
-            min_distance: MIN_DISTANCE,
-            max_angle: MAX_ANGLE,
-            max_cosine: MAX_COSINE,
-            pruning: Pruning::default(),
-            pivots: 8000,
-        }
+        PivotsConfig { graph: GraphConfig::default(), pivots: 8000 }
     }
 }
 
 impl Default for SeedsConfig {
     /// Numbers of the authors for FPFH-like descriptors; they separate seeds by the tolerance.
     fn default() -> Self {
-        SeedsConfig {
-            tolerance: TOLERANCE,
-            min_distance: MIN_DISTANCE,
-            max_angle: MAX_ANGLE,
-            max_cosine: MAX_COSINE,
-            pruning: Pruning::default(),
-            separation: TOLERANCE,
-            share: 0.2,
-            gathered: 30,
-            kept: 20,
-        }
+        let graph = GraphConfig::default();
+        SeedsConfig { separation: graph.tolerance, share: 0.2, gathered: 30, kept: 20, graph }
     }
 }
 
 impl Default for CliquesConfig {
     fn default() -> Self {
-        CliquesConfig {
-            tolerance: TOLERANCE,
-            min_distance: MIN_DISTANCE,
-            max_angle: MAX_ANGLE,
-            max_cosine: MAX_COSINE,
-            pruning: Pruning::default(),
-            branches: 10,
-        }
+        CliquesConfig { graph: GraphConfig::default(), branches: 10 }
+    }
+}
+
+impl GraphConfig {
+    /// Of these correspondences, for clouds of this resolution.
+    fn build(&self, evidence: &Evidence, resolution: f64) -> Graph {
+        let rule = Compatibility {
+            tolerance: self.tolerance.resolve(resolution),
+            min_distance: self.min_distance.resolve(resolution),
+            max_angle: self.max_angle,
+            max_cosine: self.max_cosine,
+        };
+        Graph::new(evidence, &rule).pruned(self.pruning)
     }
 }
 
 impl PivotsConfig {
     pub(super) fn build<'a>(&self, evidence: &'a Evidence, resolution: f64) -> Pivots<'a> {
-        let rule = compatibility(self.tolerance, self.min_distance, self.max_angle, self.max_cosine, resolution);
-        Pivots::new(evidence, &Graph::new(evidence, &rule).pruned(self.pruning), self.pivots)
+        Pivots::new(evidence, &self.graph.build(evidence, resolution), self.pivots)
     }
 }
 
 impl SeedsConfig {
     pub(super) fn build<'a>(&self, evidence: &'a Evidence, resolution: f64) -> Seeds<'a> {
-        let rule = compatibility(self.tolerance, self.min_distance, self.max_angle, self.max_cosine, resolution);
         let seeds = SeedRule {
-            tolerance: rule.tolerance,
+            tolerance: self.graph.tolerance.resolve(resolution),
             separation: self.separation.resolve(resolution),
             share: self.share,
             gathered: self.gathered,
             kept: self.kept,
         };
-        Seeds::new(evidence, Graph::new(evidence, &rule).pruned(self.pruning), seeds)
+        Seeds::new(evidence, self.graph.build(evidence, resolution), seeds)
     }
 }
 
 impl CliquesConfig {
     pub(super) fn build<'a>(&self, evidence: &'a Evidence, resolution: f64) -> Cliques<'a> {
-        let rule = compatibility(self.tolerance, self.min_distance, self.max_angle, self.max_cosine, resolution);
-        Cliques::new(evidence, &Graph::new(evidence, &rule).pruned(self.pruning), self.branches)
-    }
-}
-
-fn compatibility(
-    tolerance: Length,
-    min_distance: Length,
-    max_angle: f64,
-    max_cosine: f64,
-    resolution: f64,
-) -> Compatibility {
-    Compatibility {
-        tolerance: tolerance.resolve(resolution),
-        min_distance: min_distance.resolve(resolution),
-        max_angle,
-        max_cosine,
+        Cliques::new(evidence, &self.graph.build(evidence, resolution), self.branches)
     }
 }
