@@ -139,7 +139,7 @@ struct Grid {
 }
 
 impl Grid {
-    /// The middle of the finite points, and the power of ten that just reaches all of them.
+    /// A round place near the middle of the finite points, and the power of ten that just reaches all of them.
     fn of(points: &[[f64; 3]]) -> Grid {
         let bounds = |axis: usize| {
             let values = points.iter().map(|p| p[axis]);
@@ -148,10 +148,10 @@ impl Grid {
         let bounds = [bounds(0), bounds(1), bounds(2)];
         let extent = bounds.iter().map(|(low, high)| high - low).fold(0.0, f64::max);
         let step = if extent > 0.0 { 10f64.powf((extent / STEPS).log10().ceil()) } else { 1e-9 };
-        Grid {
-            step,
-            origin: bounds.map(|(low, high)| if low <= high { (0.5 * low + 0.5 * high).round() } else { 0.0 }),
-        }
+        // So near the middle that whole numbers reach both ends.
+        let round = step * STEPS / 400.0;
+        let middle = |(low, high): (f64, f64)| ((0.5 * low + 0.5 * high) / round).round() * round;
+        Grid { step, origin: bounds.map(|(low, high)| if low <= high { middle((low, high)) } else { 0.0 }) }
     }
 }
 
@@ -181,4 +181,31 @@ pub(crate) fn encode(scan: &RawScan, is_compressed: bool) -> Result<Vec<u8>, Str
     }
     writer.close().map_err(failed)?;
     Ok(writer.into_inner().map_err(failed)?.into_inner())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Corners of a box around a place.
+    fn corners(middle: f64, extent: f64) -> RawScan {
+        let ends = [middle - extent / 2.0, middle + extent / 2.0];
+        RawScan { points: ends.map(|v| [v, -v, 3.0]).to_vec(), ..RawScan::default() }
+    }
+
+    #[test]
+    fn points_of_any_extent_anywhere_survive_the_round_trip() {
+        for exponent in -6..=6 {
+            for (share, place) in [(0.35, 0.9), (3.9, 2.4), (1.0, -512_345.6), (7.3, 1e7 / 3.0)] {
+                let scan = corners(place, share * 10f64.powi(exponent));
+                let bytes = encode(&scan, false).unwrap();
+                let block = las::Reader::new(Cursor::new(bytes)).unwrap().read_points(BLOCK).unwrap();
+                let read: Vec<_> = block.x().zip(block.y()).zip(block.z()).map(|((x, y), z)| [x, y, z]).collect();
+                // Half a step, and what an f64 so far from zero rounds.
+                let tolerance = 0.51 * step(&scan) + 4.0 * f64::EPSILON * place.abs();
+                let is_near = |(a, b): (&[f64; 3], &[f64; 3])| a.iter().zip(b).all(|(a, b)| (a - b).abs() < tolerance);
+                assert!(scan.points.iter().zip(&read).all(is_near), "{:?} became {read:?}", scan.points);
+            }
+        }
+    }
 }

@@ -51,7 +51,7 @@ pub enum Loss {
 /// `.obj`, `.stl`, `.off`, `.pcd`, `.xyz`, `.txt`, `.asc`, `.pts`, `.csv`, `.las`, `.laz` or `.e57`.
 ///
 /// PLY, PCD and STL are written in binary. Only STL (always `float`) and LAS (whole multiples of a power of ten, at most
-/// a billionth of the longest side) round coordinates. What the format cannot hold is left out and told.
+/// 2.5 billionths of the longest side) round coordinates. What the format cannot hold is left out and told.
 ///
 /// # Errors
 /// The extension is none of these, the file cannot be written, or the format can hold nothing of the scan: STL without

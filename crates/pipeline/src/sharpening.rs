@@ -48,21 +48,22 @@ impl Chain<'_, '_> {
             return Ok(answer);
         };
         if let (_, Some(doubt)) = answer.significance.judge(&AContrarioConfig::default()) {
-            return Err(doubt);
+            return Err(self.bounded(doubt));
         }
         let (surfaces, viewpoints) = (&prepared.surfaces, prepared.trusted_viewpoints());
         let many = Ranking::new(surfaces, &fields, &viewpoints, dense, self.bounds, resolution);
         let (rough, radius) = (&answer.target_from_source, RADIUS * self.resolution);
         let freedom = self.bounds.freedom();
         let drawn = self.clock.time(Stage::Refinement, || drawn_in(surfaces, rough, radius, freedom, resolution));
-        let refined = self.refined(surfaces, &drawn, resolution);
+        let start = self.bounds.admitted(&drawn, resolution).unwrap_or(*rough);
+        let refined = self.refined(surfaces, &start, resolution);
         let (before, after) = (many.judge(rough), many.judge(&refined.target_from_source));
         let found = if after.score.value() > before.score.value() { after } else { before };
 
         let fits_worse = found.score.value() < best_before.score.value() && many.apart(&found, &best_before);
         let other_on_few = few.judge(&best_before.target_from_source);
         if fits_worse && self.config.verdict.comes_close(other_on_few.score.value(), on_few.score.value()) {
-            return Err(Failure::Contradicted);
+            return Err(self.bounded(Failure::Contradicted));
         }
         let uncertainty = if found.target_from_source == *rough { answer.uncertainty } else { refined.uncertainty };
         Ok(Answer { target_from_source: found.target_from_source, uncertainty, ..answer })
