@@ -219,10 +219,11 @@ impl DenseVerdictConfig {
     }
 
     /// Whether one that comes close does, by how the surfaces lie on each other. How many correspondences agree is no argument:
-    /// scans that were sampled alike tell parts of a shape apart that are the same.
+    /// scans that were sampled alike tell parts of a shape apart that are the same. Nor is among how many it was chosen.
     #[must_use]
     pub fn is_rival(&self, rival: &Predictors, answer: &Predictors) -> bool {
-        let rival = Predictors { log10_false_alarms: answer.log10_false_alarms, ..*rival };
+        let Predictors { log10_false_alarms, chosen_from, .. } = *answer;
+        let rival = Predictors { log10_false_alarms, chosen_from, ..*rival };
         let behind = self.calibration.log_odds(answer) - self.calibration.log_odds(&rival);
         // What is no number is a rival.
         behind.is_nan() || behind <= self.rival_odds.ln()
