@@ -1,11 +1,15 @@
 //! The only places that print.
 
-use std::io::Write;
+use anyhow::{Context, Result};
+use std::io::{ErrorKind, Write};
 
 /// Data, for stdout. A reader that has closed the pipe is no error.
-pub(crate) fn data(text: &str) {
+pub(crate) fn data(text: &str) -> Result<()> {
     let mut out = std::io::stdout().lock();
-    drop(writeln!(out, "{text}"));
+    match writeln!(out, "{text}").and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).context("standard output: cannot be written"),
+        _ => Ok(()),
+    }
 }
 
 /// A remark for people, on stderr. Where that is closed, nobody reads it, and the work goes on.

@@ -1,5 +1,6 @@
 //! A registration as JSON and as a summary for people.
 
+use crate::digits::{self, digits};
 use crate::layers::all_settings;
 use crate::reasons::Reasons;
 use congruent_geometry::{Length, to_rows};
@@ -249,18 +250,15 @@ impl Report {
             };
             line(
                 "uncertainty",
-                format!(
-                    "good to {:.2}° and {} data units (1σ){but}",
-                    known.rotation_deg,
-                    two_digits(known.translation)
-                ),
+                format!("good to {:.2}° and {} data units (1σ){but}", known.rotation_deg, digits(known.translation, 2)),
             );
         }
         line(
             "resolution",
             format!(
-                "{:.4} as scanned, {:.4} working length (data units)",
-                self.resolution.raw, self.resolution.sampled
+                "{} as scanned, {} working length (data units)",
+                digits(self.resolution.raw, 4),
+                digits(self.resolution.sampled, 4)
             ),
         );
         let stages: Vec<String> =
@@ -269,20 +267,15 @@ impl Report {
         match &self.target_from_source {
             None => line("pose", "none".to_owned()),
             Some(rows) => {
-                for (i, row) in rows.iter().enumerate() {
-                    let numbers: Vec<String> = row.iter().map(|v| format!("{v:>14.6}")).collect();
-                    line(if i == 0 { "target_from_source" } else { "" }, numbers.join(" "));
+                let about = self.uncertainty.as_ref().map_or([0.0; 3], |known| known.about);
+                let reach = about.iter().fold(0.0, |reach: f64, v| reach.max(v.abs()));
+                for (i, row) in digits::pose(rows, self.resolution.raw, reach).into_iter().enumerate() {
+                    line(if i == 0 { "target_from_source" } else { "" }, row);
                 }
             }
         }
         text.trim_end().to_owned()
     }
-}
-
-/// A length with two digits that count.
-fn two_digits(length: f64) -> String {
-    let decimals = if length > 0.0 { (1.0 - length.log10().floor()).clamp(0.0, 12.0) } else { 0.0 };
-    format!("{length:.0$}", decimals as usize)
 }
 
 /// Every length of the answering attempt's settings under its key, in data units. Those of `sampling` refer to the scans as they

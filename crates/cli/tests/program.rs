@@ -153,6 +153,59 @@ fn results_are_written_where_they_were_wanted() {
 }
 
 #[test]
+fn nothing_is_written_over_what_is_read() {
+    let (folder, _) = demo();
+    let (source, target, new) = (path(&folder, "source.ply"), path(&folder, "target.ply"), path(&folder, "new.json"));
+    let before = std::fs::read(&target).unwrap();
+    for (arguments, expected) in [
+        (vec!["align", &source, &target, "-o", &target], "--write-aligned"),
+        (vec!["align", &source, &target, "--write-aligned", &target], "is read as well"),
+        (vec!["align", &source, &target, "-o", &new, "--report", &new], "two results"),
+        (vec!["align", &source, &target, "--report", "no-such-folder/x.html"], "folder does not exist"),
+        (vec!["keypoints", &target, "-o", &target], "is read as well"),
+        (vec!["convert", &target, &target], "is read as well"),
+        (vec!["align", &source, &target, "--write-aligned", "moved"], "of no format"),
+    ] {
+        let output = congruent(&arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(stderr(&output).contains(expected) && stdout(&output).is_empty(), "{}", stderr(&output));
+    }
+    assert!(std::fs::read(&target).unwrap() == before && !Path::new(&new).exists());
+    // A simulated data set replaces itself, nothing else.
+    let set = path(&folder, "set");
+    let simulate = |pairs: &str| congruent(&["simulate", "bmr-like", &set, "--pairs", pairs]).status.code();
+    assert_eq!(["1", "1", "2"].map(simulate), [Some(0), Some(0), Some(2)]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_behind_stdout_is_said() {
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_congruent"));
+    let output = command.args(["config", "show"]).stdout(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("standard output"), "{}", stderr(&output));
+}
+
+#[test]
+fn one_point_that_stands_for_nothing_changes_no_pose() {
+    let (folder, _) = demo();
+    let (clean, spoilt, target) = (path(&folder, "a.xyz"), path(&folder, "b.xyz"), path(&folder, "target.ply"));
+    congruent(&["convert", &path(&folder, "source.ply"), &clean]);
+    let points = std::fs::read_to_string(&clean).unwrap();
+    std::fs::write(&spoilt, format!("-9999 -9999 -9999\n{points}")).unwrap();
+    let pose = |file: &str| {
+        let value: serde_json::Value =
+            serde_json::from_str(&stdout(&congruent(&["align", file, &target, "--json"]))).unwrap();
+        (value["verdict"].clone(), value["target_from_source"].clone())
+    };
+    assert_eq!(pose(&spoilt), pose(&clean));
+    let inspected = congruent(&["inspect", &spoilt, "--json"]);
+    let value: serde_json::Value = serde_json::from_str(&stdout(&inspected)).unwrap();
+    assert_eq!(value["dropped_far"], 1);
+}
+
+#[test]
 fn bad_files_end_in_a_message_with_code_2() {
     let (folder, _) = demo();
     let good = path(&folder, "target.ply");

@@ -11,6 +11,7 @@ mod neighbors;
 mod normals;
 pub mod numbers;
 pub mod random;
+mod reach;
 mod repeated;
 mod resolution;
 mod scan;

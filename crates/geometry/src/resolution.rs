@@ -11,10 +11,13 @@ use rayon::prelude::*;
 const EXACT_UP_TO: usize = 200_000;
 /// Larger ones at this many points, drawn evenly.
 const SAMPLED_AT: usize = 50_000;
-/// So many medians away from all others a point is lonely.
+/// So many medians away from all others a point is lonely, …
 const LONELY: f64 = 3.0;
+/// … and so many medians away it is none of the surface: one such point must not be what the mean is made of.
+const ALONE: f64 = 100.0;
 
-/// Mean distance from a point to its nearest other point.
+/// Mean distance from a point to its nearest other point. Points that are more than a hundred medians away from all others
+/// do not count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resolution {
     /// In data units.
@@ -68,12 +71,15 @@ fn measured(mut distances_sq: Vec<f32>, is_exact: bool) -> Option<Resolution> {
     if distances_sq.is_empty() {
         return None;
     }
-    let n = distances_sq.len() as f64;
+    let median = median_sq(&distances_sq).sqrt();
+    let alone = if median > 0.0 { ALONE * median } else { f64::INFINITY };
     let distances = || distances_sq.iter().map(|&distance_sq| f64::from(distance_sq).sqrt());
-    let (mean, median) = (distances().sum::<f64>() / n, median_sq(&distances_sq).sqrt());
-    let variance = || distances().map(|d| (d - mean).powi(2)).sum::<f64>() / n;
+    let counted = || distances().filter(|d| *d <= alone);
+    let n = counted().count() as f64;
+    let mean = counted().sum::<f64>() / n;
+    let variance = || counted().map(|d| (d - mean).powi(2)).sum::<f64>() / n;
     let standard_error = if is_exact { 0.0 } else { (variance() / n).sqrt() };
-    let lonely = distances().filter(|d| *d > LONELY * median).count() as f64 / n;
+    let lonely = distances().filter(|d| *d > LONELY * median).count() as f64 / distances_sq.len() as f64;
     (mean > 0.0).then_some(Resolution { mean, median, lonely, standard_error })
 }
 
@@ -167,6 +173,15 @@ mod tests {
     fn it_scales_with_the_cloud() {
         let points = grid(20, 0.25);
         assert_eq!(resolution(&points, &NeighborIndex::new(&points)).unwrap().mean, 0.25);
+    }
+
+    #[test]
+    fn a_point_that_hangs_alone_does_not_change_it() {
+        let mut points = grid(20, 0.25);
+        points.push([0.0, 0.0, 300.0]);
+        let exact = resolution(&points, &NeighborIndex::new(&points)).unwrap();
+        assert_eq!((exact.mean, exact.lonely), (0.25, 1.0 / 401.0));
+        assert_eq!(resolution_sampled(&points, points.len()), Some(exact));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! A scan as the file says it, and the same scan made fit to work on.
 
+use crate::reach::Reach;
 use crate::repeated::repeated;
 use crate::{Point, narrow};
 use nalgebra::Vector3;
@@ -26,14 +27,17 @@ pub struct RawScan {
 pub struct Dropped {
     /// Points with a coordinate that is NaN or infinite.
     pub non_finite: usize,
-    /// Points at exactly the place of an earlier one, or within 10⁻¹² of the extent of it.
+    /// Points at the place of an earlier one, as far as `f32` tells: within 10⁻¹² of the extent near the centre, within
+    /// 3·10⁻⁸ of it at the rim.
     pub duplicates: usize,
+    /// Points so far from all others that no scan reaches there: what a program writes where nothing was measured.
+    pub far: usize,
 }
 
 /// A cleaned scan: at least three distinct finite points, centred, in `f32`.
 ///
-/// The centre is the middle of the bounding box, taken off in `f64` before the coordinates are rounded, so that scans
-/// in geographic coordinates keep their millimetres.
+/// The centre is the middle of the bounding box, taken off in `f64` before the coordinates are rounded to some 3·10⁻⁸ of
+/// the extent, wherever on earth the scan is.
 #[derive(Clone, Debug)]
 pub struct Scan {
     origin: Vector3<f64>,
@@ -64,7 +68,7 @@ pub enum ScanError {
 }
 
 impl Scan {
-    /// Drops non-finite and repeated points (the first one stays), centres the rest, and keeps normals and triangles
+    /// Drops non-finite, far and repeated points (the first one stays), centres the rest, and keeps normals and triangles
     /// in step. Normals are scaled to length one; a normal that cannot be is stored as zero.
     ///
     /// # Errors
@@ -75,26 +79,30 @@ impl Scan {
     pub fn new(raw: &RawScan) -> Result<Scan, ScanError> {
         assert!(raw.normals.as_ref().is_none_or(|n| n.len() == raw.points.len()), "one normal a point");
         let finite = |p: &&[f64; 3]| p.iter().all(|v| v.is_finite());
-        let (low, high) = bounds(raw.points.iter().filter(finite));
+        let n_finite = raw.points.iter().filter(finite).count();
+        let reach = Reach::of(raw.points.iter().filter(finite), n_finite);
+        let of_scan = |p: &&[f64; 3]| finite(p) && reach.holds(p);
+        let (low, high) = bounds(raw.points.iter().filter(of_scan));
         let extent = (high - low).max();
-        if raw.points.iter().filter(finite).count() > 1 && extent > 0.0 && !(1e-9..=1e12).contains(&extent) {
+        if n_finite > 1 && extent > 0.0 && !(1e-9..=1e12).contains(&extent) {
             return Err(ScanError::Extent { extent });
         }
         let origin = low * 0.5 + high * 0.5;
         let distinguish = snapping(extent);
 
         // What is dropped becomes no number.
-        let centred = |p: &[f64; 3]| match finite(&p) {
+        let centred = |p: &[f64; 3]| match of_scan(&p) {
             true => narrow(&(Vector3::from(*p) - origin).map(&distinguish)).map(|v| v + 0.0),
             false => [f32::NAN; 3],
         };
         let mut points: Vec<Point> = raw.points.par_iter().with_min_len(POINTS_AT_A_TIME).map(centred).collect();
-        let non_finite = points.iter().filter(|p| p[0].is_nan()).count();
+        let left_out = points.iter().filter(|p| p[0].is_nan()).count();
         let repeated = repeated(&points);
         repeated.iter().for_each(|&(i, _)| points[i as usize] = [f32::NAN; 3]);
         let kept: Vec<bool> = points.iter().map(|p| !p[0].is_nan()).collect();
         points.retain(|p| !p[0].is_nan());
-        let dropped = Dropped { non_finite, duplicates: repeated.len() };
+        let non_finite = raw.points.len() - n_finite;
+        let dropped = Dropped { non_finite, duplicates: repeated.len(), far: left_out - non_finite };
         if points.len() < 3 {
             return Err(ScanError::TooFewPoints { distinct: points.len(), total: raw.points.len() });
         }
@@ -238,13 +246,24 @@ mod tests {
             viewpoint: Some([1.0, 2.0, 9.0]),
         };
         let scan = Scan::new(&raw).unwrap();
-        assert_eq!(scan.dropped(), Dropped { non_finite: 2, duplicates: 1 });
+        assert_eq!(scan.dropped(), Dropped { non_finite: 2, duplicates: 1, far: 0 });
         assert_eq!(scan.points(), [[-1.0, -2.0, 0.0], [1.0, -2.0, 0.0], [-1.0, 2.0, 0.0]]);
         assert_eq!(scan.normals().unwrap(), [[0.0, 0.0, 1.0], [0.0; 3], [0.0; 3]]);
         assert_eq!(scan.triangles(), [[0, 1, 2], [0, 1, 2]]);
         assert_eq!(scan.viewpoint(), Some(Vector3::new(0.0, 0.0, 9.0)));
         let nowhere = RawScan { viewpoint: Some([f64::NAN; 3]), ..raw };
         assert_eq!(Scan::new(&nowhere).unwrap().viewpoint(), None);
+    }
+
+    #[test]
+    fn a_place_that_stands_for_nothing_measured_moves_no_point_of_the_scan() {
+        let mut points: Vec<[f64; 3]> =
+            (0..900).map(|i| [f64::from(i % 30) * 1e-3, f64::from(i / 30) * 1e-3, 1.0]).collect();
+        let clean = Scan::new(&cloud(&points)).unwrap();
+        points.insert(17, [-9999.0; 3]);
+        let scan = Scan::new(&cloud(&points)).unwrap();
+        assert_eq!(scan.dropped(), Dropped { far: 1, ..Dropped::default() });
+        assert_eq!((scan.points(), scan.origin()), (clean.points(), clean.origin()));
     }
 
     #[test]

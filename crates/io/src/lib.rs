@@ -44,4 +44,4 @@ pub use stages::{
 };
 pub use table::TableFault;
 pub use write::write_file;
-pub use write_scan::{Loss, Written, write_scan};
+pub use write_scan::{Loss, Written, check_scan_name, write_scan};

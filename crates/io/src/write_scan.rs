@@ -99,6 +99,14 @@ pub fn write_scan(path: &Path, scan: &RawScan) -> Result<Written, IoError> {
     })
 }
 
+/// Whether [`write_scan`] knows which format a name asks for.
+///
+/// # Errors
+/// The extension is none of those that it knows.
+pub fn check_scan_name(path: &Path) -> Result<(), IoError> {
+    Format::of_name(path).map(|_| ())
+}
+
 fn losses(format: Format, scan: &RawScan) -> Vec<Loss> {
     let mut lost = Vec::new();
     let mut tell = |is_lost: bool, loss: Loss| lost.extend(is_lost.then_some(loss));

@@ -66,7 +66,7 @@ pub(crate) struct ResultArgs {
     /// Write the JSON object to FILE; a name ending in .txt or .xf gets the 4x4 matrix alone
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// Write the source in the target's frame, as PLY (only where the verdict is ok)
+    /// Write the source in the target's frame, in the format that the name asks for (only where the verdict is ok)
     #[arg(long, value_name = "FILE")]
     pub(crate) write_aligned: Option<PathBuf>,
     /// Write a page with the result and a 3D view, for a browser (one HTML file that needs no network)

@@ -70,7 +70,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode> {
     let figures = validation.to_string();
     write_file(&args.output.join("calibration.toml"), calibration_file(&validation)?.as_bytes())?;
     write_file(&args.output.join("calibration.md"), figures.as_bytes())?;
-    output::data(figures.trim_end());
+    output::data(figures.trim_end())?;
     Ok(if errors == 0 { ExitCode::SUCCESS } else { ExitCode::from(SOME_ERRORS) })
 }
 

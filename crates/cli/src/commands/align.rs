@@ -1,18 +1,19 @@
 //! `congruent align`: two scans in, one pose out.
 
+use super::convert::warn_of_losses;
 use super::stages::save;
 use super::{Loaded, load_seen_from, on_threads};
 use crate::args::{AlignArgs, ResultArgs, RunArgs, ViewpointArgs};
 use crate::guess::prior;
 use crate::progress::Progress;
 use crate::result::Report;
-use crate::{configuration, output};
-use anyhow::Result;
+use crate::{configuration, output, outputs};
+use anyhow::{Result, bail};
 use congruent_geometry::{RawScan, RigidTransform, Scan};
-use congruent_io::{write_file, write_ply, write_pose};
+use congruent_io::{check_scan_name, write_file, write_pose, write_scan};
 use congruent_pipeline::{Pair, PipelineConfig, Prior, Registration, Stage, Trace, Verdict, register_traced};
 use congruent_report::{PairReport, pair_page};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -22,6 +23,7 @@ pub(super) const NOT_REGISTERED: u8 = 1;
 pub(super) fn run(args: &AlignArgs) -> Result<ExitCode> {
     let prior = prior(&args.prior)?;
     let files = Pair { source: args.source.as_path(), target: args.target.as_path() };
+    args.output.check(files)?;
     let registering: Registering<'_> = &|scans, config, observe| register_traced(scans, &prior, config, observe);
     let mut aligned =
         align(files, viewpoints(&args.viewpoints), &args.run, RawSource::wanted(&args.output), registering)?;
@@ -58,6 +60,19 @@ pub(super) enum RawSource {
     Dropped,
 }
 
+impl ResultArgs {
+    /// Refuses what cannot be written where it is wanted.
+    pub(super) fn check(&self, files: Pair<&Path>) -> Result<()> {
+        if let Some(path) = self.output.as_deref().filter(|path| check_scan_name(path).is_ok_and(|()| !is_pose(path))) {
+            bail!("{}: -o writes the answer, not a scan; the moved source goes to --write-aligned", path.display());
+        }
+        self.write_aligned.as_deref().map_or(Ok(()), check_scan_name)?;
+        let wanted: Vec<&Path> =
+            [&self.output, &self.write_aligned, &self.report].into_iter().flatten().map(PathBuf::as_path).collect();
+        outputs::check(&[files.source, files.target], &wanted)
+    }
+}
+
 impl RawSource {
     pub(super) fn wanted(args: &ResultArgs) -> RawSource {
         if args.write_aligned.is_some() { RawSource::Kept } else { RawSource::Dropped }
@@ -91,9 +106,9 @@ impl Aligned {
     /// Prints the answer and writes it where it is wanted.
     pub(super) fn put(&self, files: Pair<&Path>, args: &ResultArgs) -> Result<ExitCode> {
         if args.json {
-            output::data(&self.report.json());
+            output::data(&self.report.json())?;
         } else {
-            output::data(&self.report.summary());
+            output::data(&self.report.summary())?;
         }
         if let Some(path) = &args.output {
             write_result(path, self)?;
@@ -149,9 +164,14 @@ pub(super) fn align(
     Ok(Aligned { scans, raw_source, registration, trace, config, report })
 }
 
+/// Whether a name asks for the matrix alone.
+fn is_pose(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e == "txt" || e == "xf")
+}
+
 /// JSON, or the matrix alone where the name asks for it.
 fn write_result(path: &Path, aligned: &Aligned) -> Result<()> {
-    let wants_matrix = path.extension().is_some_and(|e| e == "txt" || e == "xf");
+    let wants_matrix = is_pose(path);
     match &aligned.registration.target_from_source {
         Some(pose) if wants_matrix => {
             write_pose(path, pose)?;
@@ -182,12 +202,14 @@ pub(super) fn names_of(files: Pair<&Path>) -> Pair<String> {
     files.into_map(|file| file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned())
 }
 
-/// Writes a scan under a rigid motion, with its normals and triangles.
+/// Writes a scan under a rigid motion, with all that the format holds of it.
 pub(super) fn write_moved(path: &Path, raw: &RawScan, motion: &RigidTransform) -> Result<()> {
     let points: Vec<[f64; 3]> =
         raw.points.iter().map(|p| (motion * nalgebra::Point3::from(*p)).coords.into()).collect();
     let turned = |n: &[f32; 3]| congruent_geometry::narrow(&(motion.rotation * congruent_geometry::wide(*n)));
     let normals: Option<Vec<_>> = raw.normals.as_ref().map(|normals| normals.iter().map(turned).collect());
-    write_ply(path, &points, normals.as_deref(), &raw.triangles)?;
+    let viewpoint = raw.viewpoint.map(|at| (motion * nalgebra::Point3::from(at)).coords.into());
+    let written = write_scan(path, &RawScan { points, normals, triangles: raw.triangles.clone(), viewpoint })?;
+    warn_of_losses(path, &written);
     Ok(())
 }

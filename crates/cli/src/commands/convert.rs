@@ -1,18 +1,29 @@
 //! `congruent convert`: the same scan in another format.
 
 use crate::args::ConvertArgs;
-use crate::output;
+use crate::{output, outputs};
 use anyhow::Result;
+use congruent_io::Written;
+use std::path::Path;
 use std::process::ExitCode;
 
 pub(super) fn run(args: &ConvertArgs) -> Result<ExitCode> {
+    outputs::check(&[&args.from], &[&args.to])?;
     let scan = congruent_io::read_scan(&args.from)?;
     let written = congruent_io::write_scan(&args.to, &scan)?;
+    warn_of_losses(&args.to, &written);
     let to = args.to.display();
-    for loss in &written.lost {
-        output::remark(&format!("warning: {to}: {} does not hold {loss}", written.format));
-    }
     let (format, points) = (written.format, written.points);
-    output::data(&format!("{to}: {format}, {points} points, {} faces, {} normals", written.triangles, written.normals));
+    output::data(&format!(
+        "{to}: {format}, {points} points, {} faces, {} normals",
+        written.triangles, written.normals
+    ))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Says what of a scan its file does not hold.
+pub(super) fn warn_of_losses(path: &Path, written: &Written) {
+    for loss in &written.lost {
+        output::remark(&format!("warning: {}: {} does not hold {loss}", path.display(), written.format));
+    }
 }

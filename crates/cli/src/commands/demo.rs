@@ -42,11 +42,11 @@ pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
 
     let aligned =
         align(Pair { source: &source, target: &target }, Pair::default(), &args.run, RawSource::Dropped, &unbounded)?;
-    output::data(&aligned.report.summary());
+    output::data(&aligned.report.summary())?;
     write_file(&directory.join("result.json"), format!("{}\n", aligned.report.json()).as_bytes())?;
     let files = Pair { source: source.as_path(), target: target.as_path() };
     write_page(&directory.join("report.html"), files, &aligned, Some(&pair.target_from_source))?;
-    let right = judge(&aligned, &pair.target_from_source);
+    let right = judge(&aligned, &pair.target_from_source)?;
     if let (Verdict::Ok, Some(pose)) = (&aligned.registration.verdict, &aligned.registration.target_from_source) {
         write_moved(&directory.join("aligned.ply"), &pair.source, pose)?;
         let scans = Pair { source: pair.source.points.as_slice(), target: pair.target.points.as_slice() };
@@ -58,11 +58,11 @@ pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
 }
 
 /// Compares with the truth.
-fn judge(aligned: &Aligned, truth: &RigidTransform) -> bool {
+fn judge(aligned: &Aligned, truth: &RigidTransform) -> Result<bool> {
     let truth = GroundTruth::of_scans(aligned.scans.as_ref(), truth);
     let Some(errors) = aligned.registration.target_from_source.as_ref().and_then(|pose| truth.errors(pose)) else {
-        output::data("           truth  no pose to compare");
-        return false;
+        output::data("           truth  no pose to compare")?;
+        return Ok(false);
     };
     let right = errors.rmse_pr < RIGHT_WITHIN_PR;
     output::data(&format!(
@@ -70,8 +70,8 @@ fn judge(aligned: &Aligned, truth: &RigidTransform) -> bool {
         if right { "right" } else { "wrong" },
         errors.rmse_pr,
         errors.rotation_deg
-    ));
-    right
+    ))?;
+    Ok(right)
 }
 
 fn say_what_next(directory: &Path, aligned: bool) {

@@ -3,15 +3,19 @@
 use super::on_threads;
 use super::stages::{Described, Single, read_keypoints, sibling};
 use crate::args::DescribeArgs;
-use crate::{configuration, output};
+use crate::{configuration, output, outputs};
 use anyhow::Result;
 use congruent_pipeline::stages::{describe, detect};
+use std::path::Path;
 use std::process::ExitCode;
 
 pub(super) fn run(args: &DescribeArgs) -> Result<ExitCode> {
     let config = configuration::resolve(&args.stage.run)?;
     // Before the work, not after it.
-    sibling(&args.output)?;
+    let places = sibling(&args.output)?;
+    let keypoints = args.keypoints.as_deref();
+    let inputs: Vec<&Path> = keypoints.into_iter().chain([args.scan.as_path()]).collect();
+    outputs::check(&inputs, &[&args.output, &places])?;
     let described = on_threads(args.stage.run.threads, || -> Result<_> {
         let single = Single::load(&args.scan, &args.stage, &config)?;
         let Single { scan, surface, resolution } = &single;

@@ -4,7 +4,7 @@ use super::align::NOT_REGISTERED;
 use super::stages::centred;
 use super::{Loaded, load, on_threads};
 use crate::args::EstimateArgs;
-use crate::{configuration, output};
+use crate::{configuration, output, outputs};
 use anyhow::{Context, Result, anyhow, bail};
 use congruent_geometry::{NeighborIndex, Point, RawScan, Surface, to_rows, uncentred};
 use congruent_io::{Place, read_matches, write_file};
@@ -14,7 +14,7 @@ use congruent_pipeline::stages::{Prepared, estimate, evidence, evidence_near, pr
 use congruent_pipeline::{Failure, Pair, PipelineConfig, VerdictKind};
 use nalgebra::Vector3;
 use serde::Serialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// The verdict and the compatibility graph compare all correspondences with all: more would take hours and gigabytes.
@@ -47,6 +47,9 @@ struct Counts {
 
 pub(super) fn run(args: &EstimateArgs) -> Result<ExitCode> {
     let config = configuration::resolve(&args.stage.run)?;
+    let scans = [&args.source, &args.target].into_iter().flatten();
+    let inputs: Vec<&Path> = scans.chain([&args.matches]).map(PathBuf::as_path).collect();
+    outputs::check(&inputs, args.output.as_deref().as_slice())?;
     let report = on_threads(args.stage.run.threads, || -> Result<_> {
         let scans = match (&args.source, &args.target) {
             (Some(source), Some(target)) => Some(Pair { source, target }.map(|path| load(path)).both()?),
@@ -65,7 +68,7 @@ pub(super) fn run(args: &EstimateArgs) -> Result<ExitCode> {
         Ok(input.report(&args.matches, &config))
     })??;
     let json = serde_json::to_string_pretty(&report).context("the result cannot be written as JSON")?;
-    output::data(&if args.json { json.clone() } else { report.summary() });
+    output::data(&if args.json { json.clone() } else { report.summary() })?;
     if let Some(path) = &args.output {
         write_file(path, format!("{json}\n").as_bytes())?;
     }

@@ -68,7 +68,7 @@ fn run_into(args: &EvaluateArgs, directory: &Path) -> Result<ExitCode> {
         summary += &format!("\nagainst {}: {}", earlier.display(), mcnemar_of(&ours, &other));
     }
     congruent_io::write_file(&directory.join("summary.txt"), summary.as_bytes())?;
-    output::data(summary.trim_end());
+    output::data(summary.trim_end())?;
     let version = env!("CARGO_PKG_VERSION");
     write_pages(
         &args.page,

@@ -48,7 +48,7 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<ExitCode> {
         texts.push(experiment.write(&args.output)?);
     }
     texts.extend(write_claims(&experiments, &args.output)?);
-    output::data(texts.join("\n").trim_end());
+    output::data(texts.join("\n").trim_end())?;
     write_page(args, &experiments, &texts, &selected)?;
     let complete = selected.iter().all(Selected::is_whole) && experiments.iter().all(|e| e.left_out.is_empty());
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(SOME_ERRORS) })

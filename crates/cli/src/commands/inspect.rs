@@ -2,6 +2,7 @@
 
 use super::{Loaded, load};
 use crate::args::InspectArgs;
+use crate::digits::{decimals, digits};
 use crate::output;
 use anyhow::Result;
 use congruent_geometry::{NeighborIndex, resolution, without_strays};
@@ -17,6 +18,7 @@ struct Inspection {
     triangles: usize,
     dropped_non_finite: usize,
     dropped_duplicates: usize,
+    dropped_far: usize,
     /// Points that hang alone and would be left out with `strays = "dropped"`.
     strays: usize,
     extent: [f64; 3],
@@ -32,9 +34,9 @@ struct Inspection {
 pub(super) fn run(args: &InspectArgs) -> Result<ExitCode> {
     let inspection = inspect(&args.file.display().to_string(), &load(&args.file)?);
     if args.json {
-        output::data(&serde_json::to_string_pretty(&inspection)?);
+        output::data(&serde_json::to_string_pretty(&inspection)?)?;
     } else {
-        output::data(&inspection.text());
+        output::data(&inspection.text())?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -49,6 +51,7 @@ fn inspect(file: &str, loaded: &Loaded) -> Inspection {
         triangles: scan.triangles().len(),
         dropped_non_finite: scan.dropped().non_finite,
         dropped_duplicates: scan.dropped().duplicates,
+        dropped_far: scan.dropped().far,
         strays: without_strays(scan, &resolution).map_or(0, |left| scan.points().len() - left.points().len()),
         extent: scan.extent().into(),
         centre: (*scan.origin()).into(),
@@ -64,16 +67,19 @@ fn inspect(file: &str, loaded: &Loaded) -> Inspection {
 
 impl Inspection {
     fn text(&self) -> String {
-        let three = |v: [f64; 3]| v.map(|x| format!("{x:.4}")).join(" x ");
+        let shown = |x: f64| format!("{x:.0$}", decimals(self.resolution / 100.0));
         [
             self.file.clone(),
             format!("  points      {}", self.points),
             format!("  triangles   {}", self.triangles),
-            format!("  dropped     {} not finite, {} duplicates", self.dropped_non_finite, self.dropped_duplicates),
+            format!(
+                "  dropped     {} not finite, {} duplicates, {} beyond all reach",
+                self.dropped_non_finite, self.dropped_duplicates, self.dropped_far
+            ),
             format!("  strays      {}", self.strays),
-            format!("  extent      {}", three(self.extent)),
-            format!("  centre      {}", self.centre.map(|x| format!("{x:.4}")).join(", ")),
-            format!("  resolution  {:.6} (pr: mean distance to the nearest other point)", self.resolution),
+            format!("  extent      {}", self.extent.map(shown).join(" x ")),
+            format!("  centre      {}", self.centre.map(shown).join(", ")),
+            format!("  resolution  {} (pr: mean distance to the nearest other point)", digits(self.resolution, 4)),
             format!("  normals     {}", self.normals),
         ]
         .join("\n")

@@ -3,7 +3,7 @@
 use super::on_threads;
 use super::stages::{Single, keypoint_rows, put};
 use crate::args::KeypointsArgs;
-use crate::configuration;
+use crate::{configuration, outputs};
 use anyhow::Result;
 use congruent_io::keypoints_csv;
 use congruent_pipeline::stages::detect;
@@ -11,6 +11,7 @@ use std::process::ExitCode;
 
 pub(super) fn run(args: &KeypointsArgs) -> Result<ExitCode> {
     let config = configuration::resolve(&args.stage.run)?;
+    outputs::check(&[&args.scan], args.output.as_deref().as_slice())?;
     let rows = on_threads(args.stage.run.threads, || -> Result<_> {
         let Single { scan, surface, resolution } = Single::load(&args.scan, &args.stage, &config)?;
         Ok(keypoint_rows(&surface, &detect(&surface, &config, resolution), scan.origin()))

@@ -3,7 +3,7 @@
 use super::on_threads;
 use super::stages::{Described, put};
 use crate::args::MatchArgs;
-use crate::configuration;
+use crate::{configuration, outputs};
 use anyhow::{Result, bail};
 use congruent_descriptors::Features;
 use congruent_io::{MatchRow, matches_csv};
@@ -13,6 +13,7 @@ use std::process::ExitCode;
 
 pub(super) fn run(args: &MatchArgs) -> Result<ExitCode> {
     let config = configuration::resolve(&args.run)?;
+    outputs::check(&[&args.source, &args.target], args.output.as_deref().as_slice())?;
     let both = Pair { source: Described::read(&args.source)?, target: Described::read(&args.target)? };
     let (source, target) = (both.source.matrix.columns, both.target.matrix.columns);
     if source != target {

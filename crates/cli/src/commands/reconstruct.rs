@@ -45,6 +45,6 @@ fn reconstructed(args: &ReconstructArgs, ended: &Ended<'_>) -> Result<ExitCode> 
     })?;
     let outcome = reconstruct::Outcome::new(ended, &result, proposals, &surfaces, pr);
     reconstruct::write(args, ended, &outcome, &surfaces)?;
-    output::data(&if args.json { outcome.json() } else { outcome.text(&args.output) });
+    output::data(&if args.json { outcome.json() } else { outcome.text(&args.output) })?;
     Ok(if outcome.is_complete() { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
 }

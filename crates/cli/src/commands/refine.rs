@@ -10,6 +10,7 @@ use std::process::ExitCode;
 pub(super) fn run(args: &RefineArgs) -> Result<ExitCode> {
     let prior = Prior { up: up(&args.level), ..Prior::guess(level_pose(&args.init, &args.level)?) };
     let files = Pair { source: args.source.as_path(), target: args.target.as_path() };
+    args.output.check(files)?;
     let refined = align(
         files,
         viewpoints(&args.viewpoints),

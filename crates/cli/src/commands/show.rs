@@ -23,7 +23,7 @@ pub(super) fn run(args: &EvaluateArgs, wanted: &str) -> Result<ExitCode> {
     let mut answers = Vec::new();
     for (name, run) in &ways {
         let aligned = align(files, Pair::default(), run, RawSource::Dropped, &unbounded)?;
-        output::data(format!("{name}\n{}", aligned.report.summary()).trim_start_matches('\n'));
+        output::data(format!("{name}\n{}", aligned.report.summary()).trim_start_matches('\n'))?;
         let text = toml::to_string(&aligned.config)?;
         answers.push((name.clone(), aligned, text));
     }

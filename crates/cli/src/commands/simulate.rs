@@ -11,10 +11,13 @@ use std::collections::HashSet;
 use std::path::Path;
 use std::process::ExitCode;
 
+const PAIRS: &str = "pairs.csv";
+const DESCRIPTION: &str = "dataset.toml";
 /// So many groups in a row without a pair mean that there will be none.
 const FRUITLESS_GROUPS: u64 = 20;
 
 pub(super) fn run(args: &SimulateArgs) -> Result<ExitCode> {
+    check_directory(&args.directory, &description(args))?;
     let meshes = args.mesh.iter().map(|file| mesh(file)).collect::<Result<Vec<Mesh>>>()?;
     let scans = args.directory.join("scans");
     std::fs::create_dir_all(&scans).with_context(|| format!("{}: cannot be created", scans.display()))?;
@@ -33,8 +36,8 @@ pub(super) fn run(args: &SimulateArgs) -> Result<ExitCode> {
         }
         bar.at(lines.len() as u64, "");
     }
-    write_file(&args.directory.join("pairs.csv"), pairs_csv(&lines).as_bytes())?;
-    write_file(&args.directory.join("dataset.toml"), description(args).as_bytes())?;
+    write_file(&args.directory.join(PAIRS), pairs_csv(&lines).as_bytes())?;
+    write_file(&args.directory.join(DESCRIPTION), description(args).as_bytes())?;
     output::remark(&format!(
         "Wrote {} pairs of {} scans into {}.\nNext: congruent evaluate {} -o results",
         lines.len(),
@@ -43,6 +46,15 @@ pub(super) fn run(args: &SimulateArgs) -> Result<ExitCode> {
         args.directory.display()
     ));
     Ok(ExitCode::SUCCESS)
+}
+
+/// Refuses a directory that holds another data set: its list would be replaced, and its scans would stay among the new ones.
+fn check_directory(directory: &Path, description: &str) -> Result<()> {
+    let held = std::fs::read_to_string(directory.join(DESCRIPTION)).ok();
+    if held.as_deref() == Some(description) || (held.is_none() && !directory.join(PAIRS).exists()) {
+        return Ok(());
+    }
+    bail!("{}: holds another data set; choose another directory, or remove it", directory.display());
 }
 
 /// A surface to scan.

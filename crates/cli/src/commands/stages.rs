@@ -38,7 +38,7 @@ impl Single {
 pub(super) fn put(output: Option<&Path>, text: &str) -> Result<()> {
     match output {
         Some(path) => write_file(path, text.as_bytes())?,
-        None => output::data(text.trim_end()),
+        None => output::data(text.trim_end())?,
     }
     Ok(())
 }

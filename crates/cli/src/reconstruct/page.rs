@@ -4,6 +4,7 @@ use super::Surfaces;
 use super::model::colour;
 use super::outcome::{Outcome, PairLine};
 use super::words::overview;
+use crate::digits::digits;
 use congruent_geometry::{RigidTransform, wide};
 use congruent_report::{Block, Cell, Layer, Lines, Page, Points, Scene, State, Table, Tone};
 use nalgebra::{Point3, Vector3};
@@ -37,7 +38,11 @@ pub(super) fn page(outcome: &Outcome, surfaces: &Surfaces) -> Page {
     blocks.push(Block::Table(pairs(outcome)));
     blocks.push(Block::Section("Scans that touch".to_owned()));
     blocks.push(Block::Table(contacts(outcome)));
-    Page { title: "Reconstruction".to_owned(), subtitle: format!("pr = {:.4} data units", outcome.resolution), blocks }
+    Page {
+        title: "Reconstruction".to_owned(),
+        subtitle: format!("pr = {} data units", digits(outcome.resolution, 4)),
+        blocks,
+    }
 }
 
 fn verdict(outcome: &Outcome) -> Block {

@@ -1,0 +1,65 @@
+//! Where results may be written: not over what is read, not twice in one place, not where there is no folder.
+
+use anyhow::{Result, bail};
+use std::path::{Path, PathBuf};
+
+/// Refuses, before any work is done, what could not be written or would destroy something.
+pub(crate) fn check(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
+    let mut taken: Vec<PathBuf> = Vec::new();
+    for output in outputs {
+        let shown = output.display();
+        if output.is_dir() {
+            bail!("{shown}: is a directory; name a file");
+        }
+        // Devices and pipes can be written to twice, and hold nothing.
+        if output.exists() && !output.is_file() {
+            continue;
+        }
+        let Some(place) = place(output) else {
+            bail!("{shown}: cannot be written, because its folder does not exist; create it");
+        };
+        if inputs.iter().any(|input| input.canonicalize().is_ok_and(|input| input == place)) {
+            bail!("{shown}: is read as well, and would be replaced by the result; choose another name");
+        }
+        if taken.contains(&place) {
+            bail!("{shown}: two results would be written there; choose another name for one of them");
+        }
+        taken.push(place);
+    }
+    Ok(())
+}
+
+/// One name for all that lead to the same file; nothing where its folder does not exist.
+fn place(path: &Path) -> Option<PathBuf> {
+    path.canonicalize().ok().or_else(|| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Some(folder.canonicalize().ok()?.join(path.file_name()?))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_read_and_what_is_written_are_kept_apart() {
+        let folder = tempfile::tempdir().unwrap();
+        let [scan, other, new] = ["scan.ply", "other.ply", "new.ply"].map(|name| folder.path().join(name));
+        [&scan, &other].iter().for_each(|path| std::fs::write(path, "ply").unwrap());
+        let detour = folder.path().join("..").join(folder.path().file_name().unwrap()).join("scan.ply");
+        let nowhere = folder.path().join("no").join("x.json");
+        let said = |inputs: &[&Path], outputs: &[&Path]| check(inputs, outputs).err().map(|error| error.to_string());
+        assert_eq!(said(&[&scan], &[&other, &new]), None);
+        assert!(said(&[&scan, &other], &[&detour]).unwrap().contains("is read as well"));
+        assert!(said(&[&scan], &[&new, &new]).unwrap().contains("two results"));
+        assert!(said(&[&scan], &[&nowhere]).unwrap().contains("does not exist"));
+        assert!(said(&[&scan], &[folder.path()]).unwrap().contains("is a directory"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_takes_all() {
+        let null = Path::new("/dev/null");
+        assert!(check(&[null], &[null, null]).is_ok());
+    }
+}

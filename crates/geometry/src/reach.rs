@@ -1,0 +1,79 @@
+//! How far a scan reaches: beyond are places that stand for "nothing was measured".
+
+use std::cmp::Ordering;
+
+/// Points that are looked at.
+const SAMPLED: usize = 1000;
+/// Share of the points that are left aside at each end of each axis: of what is in between the width is taken.
+const ENDS: f64 = 0.05;
+/// So many widths beyond it a scan ends. Scans of streets and fields with a scanner in their midst reach some five, a
+/// coordinate of −9999 beside millimetres of an object fifty or more.
+const WIDTHS: f64 = 50.0;
+
+/// A box, far larger than the scan.
+pub(crate) struct Reach {
+    low: [f64; 3],
+    high: [f64; 3],
+}
+
+impl Reach {
+    /// Of `n` finite points; endless where most of them are at one place.
+    pub(crate) fn of<'a>(points: impl Iterator<Item = &'a [f64; 3]>, n: usize) -> Reach {
+        let sample: Vec<[f64; 3]> = points.step_by(n.div_ceil(SAMPLED).max(1)).copied().collect();
+        let ends: [Option<(f64, f64)>; 3] = std::array::from_fn(|axis| inner(sample.iter().map(|p| p[axis]).collect()));
+        let width = ends.iter().flatten().map(|(low, high)| high - low).fold(0.0, f64::max);
+        let margin = if width > 0.0 { WIDTHS * width } else { f64::INFINITY };
+        Reach {
+            low: ends.map(|ends| ends.map_or(f64::NEG_INFINITY, |(low, _)| low - margin)),
+            high: ends.map(|ends| ends.map_or(f64::INFINITY, |(_, high)| high + margin)),
+        }
+    }
+
+    /// Whether a point can be one of the scan.
+    pub(crate) fn holds(&self, p: &[f64; 3]) -> bool {
+        (0..3).all(|axis| self.low[axis] <= p[axis] && p[axis] <= self.high[axis])
+    }
+}
+
+/// What is left between the two ends; all of it where there are few.
+fn inner(mut values: Vec<f64>) -> Option<(f64, f64)> {
+    let last = values.len().checked_sub(1)?;
+    let aside = (last as f64 * ENDS) as usize;
+    let mut at = |place: usize| *values.select_nth_unstable_by(place, compare).1;
+    Some((at(aside), at(last - aside)))
+}
+
+fn compare(a: &f64, b: &f64) -> Ordering {
+    a.total_cmp(b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Stream;
+
+    fn reach(points: &[[f64; 3]]) -> Reach {
+        Reach::of(points.iter(), points.len())
+    }
+
+    #[test]
+    fn what_no_scan_reaches_is_beyond_it() {
+        let mut stream = Stream::new(1, 0);
+        let mut points: Vec<[f64; 3]> = (0..5000).map(|_| std::array::from_fn(|_| stream.between(-0.1, 0.1))).collect();
+        points[77] = [-9999.0; 3];
+        points[78] = [0.0, 0.0, 1.0];
+        let reach = reach(&points);
+        let beyond: Vec<usize> = (0..points.len()).filter(|&i| !reach.holds(&points[i])).collect();
+        assert_eq!(beyond, [77]);
+    }
+
+    #[test]
+    fn few_points_and_points_at_one_place_have_no_end() {
+        for points in [vec![], vec![[1.0; 3]], vec![[0.0; 3], [1.0; 3], [1e9, 0.0, 0.0]]] {
+            assert!(points.iter().all(|p| reach(&points).holds(p)));
+        }
+        let mut heap = vec![[2.0; 3]; 1000];
+        heap[3] = [7.0; 3];
+        assert!(reach(&heap).holds(&[1e6; 3]));
+    }
+}
