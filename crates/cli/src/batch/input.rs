@@ -144,7 +144,9 @@ fn of_dataset(path: &Path, data: Option<&Path>, choice: Option<PairChoice>) -> R
         in_order(&mut scans);
         wanted = choice.into();
     }
-    Ok(Input { folder: folder_of(path), scans, wanted, remarks: dataset.warnings })
+    let broken = dataset.broken.iter().map(|error| format!("{error}; the pair is left out"));
+    let remarks = dataset.warnings.iter().cloned().chain(broken).collect();
+    Ok(Input { folder: folder_of(path), scans, wanted, remarks })
 }
 
 /// Each scan once.

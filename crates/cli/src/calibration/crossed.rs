@@ -1,6 +1,6 @@
 //! Scans of different data sets, brought to one resolution so that they are not told apart by their size.
 
-use super::{Scene, Trial};
+use super::{Objects, Scene, Trial};
 use anyhow::{Context, Result};
 use congruent_evaluation::calibration::Origin;
 use congruent_geometry::random::Stream;
@@ -17,7 +17,13 @@ const MAX_DRAWS: usize = 50;
 const MEASURED_AT: usize = 4000;
 
 /// `n` pairs, or fewer where there are not so many. Data sets that are `alike` are not crossed with each other.
-pub(super) fn trials<'a>(datasets: &'a [Dataset], alike: &[String], n: usize, seed: u64) -> Vec<Trial<'a>> {
+pub(super) fn trials<'a>(
+    datasets: &'a [Dataset],
+    objects: &Objects<'a>,
+    alike: &[String],
+    n: usize,
+    seed: u64,
+) -> Vec<Trial<'a>> {
     let scans: Vec<(&str, Vec<&'a Path>)> = datasets.iter().map(|d| (d.name.as_str(), scans_of(d))).collect();
     let is_alike = |name: &str| alike.iter().any(|other| other == name);
     let mut stream = Stream::new(seed, 0);
@@ -35,16 +41,17 @@ pub(super) fn trials<'a>(datasets: &'a [Dataset], alike: &[String], n: usize, se
             chosen.insert(((source.0, source.2), (target.0, target.2)));
         }
     }
-    chosen.into_iter().map(|(source, target)| crossed(source, target)).collect()
+    chosen.into_iter().map(|(source, target)| crossed(source, target, objects)).collect()
 }
 
-fn crossed<'a>(source: (&str, &'a Path), target: (&str, &'a Path)) -> Trial<'a> {
+fn crossed<'a>(source: (&str, &'a Path), target: (&str, &'a Path), objects: &Objects<'_>) -> Trial<'a> {
     let name = |(dataset, file): (&str, &Path)| {
         format!("{dataset}/{}", file.file_name().unwrap_or_default().to_string_lossy())
     };
     let id = format!("crossed/{}--{}", name(source), name(target));
     let (source, target) = (source.1, target.1);
-    Trial { group: id.clone(), id, origin: Origin::Crossed, scene: Box::new(move || scene(source, target)) }
+    let groups = vec![objects.shown_in(source), objects.shown_in(target)];
+    Trial { id, groups, origin: Origin::Crossed, scene: Box::new(move || scene(source, target)) }
 }
 
 fn scene(source: &Path, target: &Path) -> Result<Scene> {

@@ -1,6 +1,6 @@
-//! Pairs of a data set: those that it lists, as they came and moved, and those that it does not list.
+//! Pairs of a data set: those that it lists, as they came, moved and mirrored, and those that it does not list.
 
-use super::{Scene, SceneMaker, Trial};
+use super::{Objects, Scene, SceneMaker, Trial};
 use anyhow::Result;
 use congruent_evaluation::calibration::Origin;
 use congruent_geometry::RigidTransform;
@@ -16,17 +16,19 @@ use std::path::Path;
 const REACH: f64 = 5.0;
 
 /// All pairs of a data set whose truth is known.
-pub(super) fn trials(dataset: &Dataset) -> Vec<Trial<'_>> {
+pub(super) fn trials<'a>(dataset: &'a Dataset, objects: &Objects<'a>) -> Vec<Trial<'a>> {
+    let groups = |pair: &TruePair| vec![objects.shown_in(&pair.source_file)];
     let listed = dataset.pairs.iter().flat_map(|pair| {
-        let trial = |origin, scene| Trial { id: id(dataset, pair, origin), group: group(dataset, pair), origin, scene };
+        let trial = |origin, scene| Trial { id: id(dataset, pair, origin), groups: groups(pair), origin, scene };
         let as_it_came: SceneMaker<'_> = Box::new(|| scene(pair));
         let by_itself = format!("{}/{}", dataset.name, pair.source);
         let each_moved: SceneMaker<'_> = Box::new(move || Ok(each_moved(scene(pair)?, &by_itself)));
-        [trial(Origin::Listed, as_it_came), trial(Origin::Moved, each_moved)]
+        let in_a_mirror: SceneMaker<'_> = Box::new(|| scene(pair).map(mirrored));
+        [trial(Origin::Listed, as_it_came), trial(Origin::Moved, each_moved), trial(Origin::Mirrored, in_a_mirror)]
     });
     let unlisted = unlisted(dataset).into_iter().map(|pair| {
-        let (id, group) = (id(dataset, &pair, Origin::Unlisted), group(dataset, &pair));
-        Trial { id, group, origin: Origin::Unlisted, scene: Box::new(move || scene(&pair)) }
+        let (id, groups) = (id(dataset, &pair, Origin::Unlisted), groups(&pair));
+        Trial { id, groups, origin: Origin::Unlisted, scene: Box::new(move || scene(&pair)) }
     });
     listed.chain(unlisted).collect()
 }
@@ -34,11 +36,6 @@ pub(super) fn trials(dataset: &Dataset) -> Vec<Trial<'_>> {
 fn id(dataset: &Dataset, pair: &TruePair, origin: Origin) -> String {
     let origin = format!("{origin:?}").to_lowercase();
     format!("{origin}/{}/{}--{}", dataset.name, pair.source, pair.target)
-}
-
-/// A pair as it came and moved are one group.
-fn group(dataset: &Dataset, pair: &TruePair) -> String {
-    format!("{}/{}--{}", dataset.name, pair.source, pair.target)
 }
 
 fn scene(pair: &TruePair) -> Result<Scene> {
@@ -63,6 +60,17 @@ fn each_moved(scene: Scene, name: &str) -> Scene {
     scans.target.viewpoint = None;
     let truth = scene.target_from_source.map(|truth| motions.target * truth * motions.source.inverse());
     Scene { scans, target_from_source: truth }
+}
+
+/// The source with one axis the other way round, as of a file whose axes are exchanged.
+fn mirrored(mut scene: Scene) -> Scene {
+    let source = &mut scene.scans.source;
+    source.points.iter_mut().for_each(|p| p[0] = -p[0]);
+    source.normals.iter_mut().flatten().for_each(|n| n[0] = -n[0]);
+    // What was counter-clockwise is clockwise.
+    source.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+    source.viewpoint = source.viewpoint.map(|[x, y, z]| [-x, y, z]);
+    Scene { target_from_source: None, ..scene }
 }
 
 /// Pairs of scans that the data set does not list but whose truth follows from pairs that it lists.

@@ -2,11 +2,12 @@
 
 mod crossed;
 mod listed;
+mod objects;
 mod rows;
 mod simulated;
 
 use crate::args::CalibrateArgs;
-use crate::commands::{named_once, on_threads};
+use crate::commands::{listed_pairs, named_once, on_threads};
 use crate::fingerprint::fingerprint;
 use crate::progress::Bar;
 use crate::{configuration, output};
@@ -14,8 +15,9 @@ use anyhow::{Context, Result, bail};
 use congruent_evaluation::GroundTruth;
 use congruent_evaluation::calibration::{AttemptRow, CalibrationRow, Origin, Validation};
 use congruent_geometry::{RawScan, RigidTransform, Scan, mean_displacement, uncentred};
-use congruent_io::{Dataset, read_dataset, write_file};
+use congruent_io::{Dataset, write_file};
 use congruent_pipeline::{DenseVerdictConfig, Pair, PipelineConfig, VerdictConfig, register_tried};
+use objects::Objects;
 use rows::Rows;
 use std::process::ExitCode;
 
@@ -32,8 +34,8 @@ const BELIEVABLE: f64 = 0.2;
 struct Trial<'a> {
     /// Unique.
     id: String,
-    /// What it shares scans with.
-    group: String,
+    /// What its scans belong to: at least one name, which others share that show the same.
+    groups: Vec<String>,
     origin: Origin,
     /// Loads or makes the scans.
     scene: SceneMaker<'a>,
@@ -55,7 +57,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode> {
     };
     let mut datasets: Vec<Dataset> = Vec::new();
     for path in &args.datasets {
-        let one = read_dataset(path, None)?;
+        let one = listed_pairs(path, None, None)?;
         named_once(path, &one.name, datasets.iter().map(|other| &other.name))?;
         datasets.push(one);
     }
@@ -75,8 +77,9 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode> {
 }
 
 fn trials<'a>(args: &CalibrateArgs, datasets: &'a [Dataset], seed: u64) -> Vec<Trial<'a>> {
-    let mut trials: Vec<Trial<'a>> = datasets.iter().flat_map(listed::trials).collect();
-    trials.extend(crossed::trials(datasets, &args.alike, args.crossed, seed));
+    let objects = Objects::of(datasets, &args.alike);
+    let mut trials: Vec<Trial<'a>> = datasets.iter().flat_map(|set| listed::trials(set, &objects)).collect();
+    trials.extend(crossed::trials(datasets, &objects, &args.alike, args.crossed, seed));
     trials.extend(simulated::trials(args.simulated, seed));
     trials.extend(simulated::open_trials(args.open));
     trials
@@ -108,7 +111,7 @@ fn registered(trial: &Trial<'_>, config: &PipelineConfig) -> Result<CalibrationR
     let tried = register_tried(&scans.source, &scans.target, config, BEYOND_DOUBT);
     let error = |pose| target_from_source.as_ref().map(|truth| error_pr(scans.as_ref(), truth, pose));
     let attempts = tried.iter().filter_map(|tried| AttemptRow::new(tried, error(&tried.target_from_source))).collect();
-    Ok(CalibrationRow { id: trial.id.clone(), group: trial.group.clone(), origin: trial.origin, attempts })
+    Ok(CalibrationRow { id: trial.id.clone(), groups: trial.groups.clone(), origin: trial.origin, attempts })
 }
 
 /// How far a pose is off, `pr`: on the surface that both scans have, on the whole source where that is too little.

@@ -67,7 +67,7 @@ mod tests {
         let open = |made_by: &str| Rows::open(folder.path(), made_by.to_owned()).unwrap();
         let row = |id: &str| CalibrationRow {
             id: id.to_owned(),
-            group: String::new(),
+            groups: vec![String::new()],
             origin: Origin::Listed,
             attempts: Vec::new(),
         };

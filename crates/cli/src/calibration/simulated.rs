@@ -46,7 +46,7 @@ pub(super) fn open_trials<'a>(n: usize) -> Vec<Trial<'a>> {
             let [source, target] = ambiguous_pair(subject, variant);
             Ok(Scene { scans: Pair { source, target }, target_from_source: None })
         };
-        Trial { group: id.clone(), id, origin: Origin::Open, scene: Box::new(scene) }
+        Trial { groups: vec![id.clone()], id, origin: Origin::Open, scene: Box::new(scene) }
     })
     .collect()
 }
@@ -61,7 +61,7 @@ fn benchmark<'a>(name: &str, kind: Kind, n: usize, seed: u64) -> Vec<Trial<'a>> 
             let id = format!("simulated/{name}/{number}-{place}");
             let group = Arc::clone(&group);
             let scene = Box::new(move || Ok(scene(&group, place)));
-            trials.push(Trial { id, group: format!("{name}/{number}"), origin: Origin::Simulated, scene });
+            trials.push(Trial { id, groups: vec![format!("{name}/{number}")], origin: Origin::Simulated, scene });
         }
     }
     trials.truncate(n);
@@ -88,7 +88,7 @@ fn opposite<'a>(number: u64, seed: u64) -> Trial<'a> {
         let scans = Pair { source: pair.source, target: pair.target };
         Ok(Scene { scans, target_from_source: Some(pair.target_from_source) })
     };
-    Trial { group: id.clone(), id, origin: Origin::Simulated, scene: Box::new(scene) }
+    Trial { groups: vec![id.clone()], id, origin: Origin::Simulated, scene: Box::new(scene) }
 }
 
 /// How another object resembles a figurine.
@@ -124,7 +124,7 @@ fn alike<'a>(relative: Relative, number: u64, seed: u64) -> Trial<'a> {
         };
         Ok(Scene { scans, target_from_source: None })
     };
-    Trial { group: id.clone(), id, origin: Origin::Crossed, scene: Box::new(scene) }
+    Trial { groups: vec![id.clone()], id, origin: Origin::Crossed, scene: Box::new(scene) }
 }
 
 fn stretched(object: &Mesh, factors: [f64; 3]) -> Mesh {

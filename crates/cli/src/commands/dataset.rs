@@ -62,16 +62,23 @@ pub(super) fn select(args: &DatasetArgs) -> Result<Vec<Selected>> {
 }
 
 fn select_one(path: &Path, data: Option<&Path>, args: &DatasetArgs) -> Result<Selected> {
-    let Dataset { name, mut pairs, warnings, broken, min_overlap } = read_dataset(path, data)?;
-    warnings.iter().for_each(|warning| output::remark(&format!("warning: {warning}")));
-    broken.iter().for_each(|error| output::complain(&format!("{error}; the pair is left out")));
-    let min_overlap = args.min_overlap.unwrap_or(min_overlap);
-    if min_overlap > 0.0 {
-        measure_overlaps(&mut pairs);
-        // What cannot be measured has a bad file, and stays to say so.
-        pairs.retain(|pair| pair.overlap.is_none_or(|overlap| overlap >= min_overlap));
-    }
+    let Dataset { name, pairs, broken, .. } = listed_pairs(path, data, args.min_overlap)?;
     Ok(Selected { name, pairs: spread(pairs, args.pairs), broken: broken.len() })
+}
+
+/// A data set with the pairs that share enough: as much as it says itself, if nothing else is asked for. Says what is odd or
+/// broken about its truth.
+pub(crate) fn listed_pairs(path: &Path, data: Option<&Path>, min_overlap: Option<f64>) -> Result<Dataset> {
+    let mut dataset = read_dataset(path, data)?;
+    dataset.warnings.iter().for_each(|warning| output::remark(&format!("warning: {warning}")));
+    dataset.broken.iter().for_each(|error| output::complain(&format!("{error}; the pair is left out")));
+    let min_overlap = min_overlap.unwrap_or(dataset.min_overlap);
+    if min_overlap > 0.0 {
+        measure_overlaps(&mut dataset.pairs);
+        // What cannot be measured has a bad file, and stays to say so.
+        dataset.pairs.retain(|pair| pair.overlap.is_none_or(|overlap| overlap >= min_overlap));
+    }
+    Ok(dataset)
 }
 
 /// Fills in what the data set does not say.

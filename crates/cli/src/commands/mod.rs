@@ -19,7 +19,7 @@ mod show;
 mod simulate;
 mod stages;
 
-pub(crate) use dataset::named_once;
+pub(crate) use dataset::{listed_pairs, named_once};
 
 use crate::args::{Args, Command};
 use crate::{batch, calibration};

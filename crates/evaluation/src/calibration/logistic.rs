@@ -92,7 +92,7 @@ pub(super) mod tests {
                 let error_pr = right.then_some(1.0);
                 CalibrationRow {
                     id: format!("{i}"),
-                    group: format!("{}", i / 3),
+                    groups: vec![format!("{}", i / 3)],
                     origin: Origin::Listed,
                     attempts: vec![AttemptRow { error_pr, is_held: true, known, close: Vec::new() }],
                 }

@@ -31,6 +31,8 @@ pub enum Origin {
     Unlisted,
     /// Scans of different objects, brought to one resolution: no pose is right.
     Crossed,
+    /// A listed pair whose source is seen in a mirror: no pose is right.
+    Mirrored,
     /// Virtual scans.
     Simulated,
     /// Virtual scans of shapes that leave the pose open: an answer may be right by chance, but must not be called `ok`.
@@ -42,8 +44,8 @@ pub enum Origin {
 pub struct CalibrationRow {
     /// Names the pair, unique.
     pub id: String,
-    /// Pairs with one group have scans in common and are never on both sides of a validation.
-    pub group: String,
+    /// What its scans belong to: an object, a scene. Rows that have a group in common are never on both sides of a validation.
+    pub groups: Vec<String>,
     /// Where the pair comes from.
     pub origin: Origin,
     /// Attempts that came to a pose, in their order.

@@ -100,18 +100,18 @@ impl<'a> Validation<'a> {
     }
 }
 
-/// Which part each row is in: groups are dealt in the order of their names.
-fn folds(rows: &[CalibrationRow]) -> Vec<usize> {
-    let mut groups: BTreeMap<&str, usize> = rows.iter().map(|row| (row.group.as_str(), 0)).collect();
+/// Which parts each row reaches into, its own first: groups are dealt in the order of their names.
+fn folds(rows: &[CalibrationRow]) -> Vec<Vec<usize>> {
+    let mut groups: BTreeMap<&str, usize> = rows.iter().flat_map(|row| &row.groups).map(|g| (g.as_str(), 0)).collect();
     groups.values_mut().enumerate().for_each(|(i, fold)| *fold = i % FOLDS);
-    rows.iter().map(|row| groups[row.group.as_str()]).collect()
+    rows.iter().map(|row| row.groups.iter().map(|group| groups[group.as_str()]).collect()).collect()
 }
 
 /// The answer to each row by the model of the other parts.
-fn unseen(rows: &[CalibrationRow], folds: &[usize], verdict: &DenseVerdictConfig, ridge: f64) -> Vec<Answer> {
-    let others = |fold: usize| rows.iter().zip(folds).filter(move |(_, f)| **f != fold).map(|(row, _)| row);
+fn unseen(rows: &[CalibrationRow], folds: &[Vec<usize>], verdict: &DenseVerdictConfig, ridge: f64) -> Vec<Answer> {
+    let others = |fold: usize| rows.iter().zip(folds).filter(move |(_, of)| !of.contains(&fold)).map(|(row, _)| row);
     let models: Vec<Calibration> = (0..FOLDS).map(|fold| calibrated(others(fold), verdict, ridge)).collect();
-    rows.iter().zip(folds).map(|(row, fold)| row.answer(&models[*fold], verdict)).collect()
+    rows.iter().zip(folds).map(|(row, of)| row.answer(&models[of[0]], verdict)).collect()
 }
 
 /// Negative logarithm of the probability of what happened.
@@ -180,7 +180,7 @@ mod tests {
         let rows = rows_of(&Calibration::new(0.0, [0.0; N_TERMS]), 300);
         let folds = folds(&rows);
         for (a, b) in (0..300).flat_map(|a| (0..300).map(move |b| (a, b))) {
-            assert!(rows[a].group != rows[b].group || folds[a] == folds[b]);
+            assert!(rows[a].groups != rows[b].groups || folds[a] == folds[b]);
         }
     }
 

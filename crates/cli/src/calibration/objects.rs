@@ -1,0 +1,75 @@
+//! What the scans of data sets show: scans that a chain of listed pairs joins show one object or scene.
+
+use congruent_io::Dataset;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The name of what each scan shows, by its file.
+pub(super) struct Objects<'a>(BTreeMap<&'a Path, String>);
+
+impl<'a> Objects<'a> {
+    /// Data sets that are `alike` show the same.
+    pub(super) fn of(datasets: &'a [Dataset], alike: &[String]) -> Objects<'a> {
+        let mut objects = BTreeMap::new();
+        for dataset in datasets {
+            let first = first_of_each(dataset);
+            let name = |file: &Path| match alike.contains(&dataset.name) {
+                true => alike.join("+"),
+                false => format!("{}/{}", dataset.name, file.file_name().unwrap_or_default().to_string_lossy()),
+            };
+            objects.extend(first.into_iter().map(|(file, first)| (file, name(first))));
+        }
+        Objects(objects)
+    }
+
+    /// What the scan in a file of the data sets shows.
+    pub(super) fn shown_in(&self, file: &Path) -> String {
+        self.0.get(file).cloned().unwrap_or_else(|| file.display().to_string())
+    }
+}
+
+/// For each scan the first of all that are joined with it.
+fn first_of_each(dataset: &Dataset) -> BTreeMap<&Path, &Path> {
+    let mut first: BTreeMap<&Path, &Path> = BTreeMap::new();
+    for pair in &dataset.pairs {
+        let ends = [pair.source_file.as_path(), pair.target_file.as_path()];
+        let [a, b] = ends.map(|file| *first.entry(file).or_insert(file));
+        let (kept, gone) = (a.min(b), a.max(b));
+        first.values_mut().filter(|of| **of == gone).for_each(|of| *of = kept);
+    }
+    first
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use congruent_geometry::RigidTransform;
+    use congruent_io::TruePair;
+
+    fn dataset(name: &str, pairs: &[[&str; 2]]) -> Dataset {
+        let pair = |&[source, target]: &[&str; 2]| TruePair {
+            source: source.to_owned(),
+            target: target.to_owned(),
+            place: String::new(),
+            source_file: source.into(),
+            target_file: target.into(),
+            overlap: None,
+            target_from_source: RigidTransform::identity(),
+        };
+        let pairs = pairs.iter().map(pair).collect();
+        Dataset { name: name.to_owned(), pairs, warnings: Vec::new(), broken: Vec::new(), min_overlap: 0.0 }
+    }
+
+    #[test]
+    fn chains_of_pairs_are_one_object_and_alike_sets_are_one() {
+        let sets = [
+            dataset("rooms", &[["b", "a"], ["d", "c"], ["c", "e"], ["e", "f"]]),
+            dataset("x", &[["p", "q"]]),
+            dataset("y", &[["r", "s"]]),
+        ];
+        let objects = Objects::of(&sets, &["x".to_owned(), "y".to_owned()]);
+        let shown = ["a", "b", "c", "d", "e", "f", "p", "q", "r", "s"].map(|file| objects.shown_in(Path::new(file)));
+        let (ab, cdef, xy) = ("rooms/a", "rooms/c", "x+y");
+        assert_eq!(shown, [ab, ab, cdef, cdef, cdef, cdef, xy, xy, xy, xy]);
+    }
+}
