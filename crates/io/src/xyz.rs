@@ -1,9 +1,10 @@
 //! Points as lines of numbers: XYZ, TXT, CSV, ASC, PTS.
 //!
 //! The columns are parted by semicolons, commas, tabs or spaces, whichever the first line of points has, in this order.
-//! Columns 1 to 3 are x, y and z. Columns 4 to 6 are normals where they have length one (or zero) in every line; other
-//! columns are passed over. Lines that are blank or begin with `#` or `//` do not count; a first line that is no numbers
-//! is a header, and a lone whole number on the first line is the number of points, which is not needed.
+//! Lines that are blank or begin with `#` or `//` do not count; a first line that is no numbers is a header, and a lone
+//! whole number on the first line is the number of points, which is not needed. Where the header has the columns x, y and
+//! z, these are the coordinates, and nx, ny and nz the normals; else columns 1 to 3 and 4 to 6. Normals are taken where
+//! they have length one (or zero) in every line; other columns are passed over.
 
 use crate::error::excerpt;
 use crate::text;
@@ -13,15 +14,21 @@ use congruent_geometry::RawScan;
 /// How far from one the length of a normal may be: what two printed digits can lose.
 const LENGTH_TOLERANCE: f64 = 0.02;
 
-/// Whether the first lines are points, behind one header line and one count at most.
+/// Whether the first lines are points, behind one header line and one count at most; or a header that names coordinates.
 pub(crate) fn is_xyz(file: &[u8]) -> bool {
-    let mut data = data_lines(file).skip_while(|(_, line)| is_count(line));
-    let is_point = |(_, line): (usize, &[u8])| {
-        let columns = Delimiter::of(line).columns(line);
-        columns.len() >= 3 && columns[..3].iter().all(|word| text::number(word).is_some())
-    };
-    let first = data.next();
-    first.is_some_and(is_point) || first.is_some() && data.find(|(_, line)| !is_count(line)).is_some_and(is_point)
+    let mut data = data_lines(file).map(|(_, line)| line).skip_while(|line| is_count(line));
+    let Some(first) = data.next() else { return false };
+    if !is_header(first) {
+        return is_point(first, &Columns::IN_ORDER);
+    }
+    let named = Columns::named(first);
+    let columns = named.as_ref().unwrap_or(&Columns::IN_ORDER);
+    data.find(|line| !is_count(line)).map_or(named.is_some(), |line| is_point(line, columns))
+}
+
+fn is_point(line: &[u8], columns: &Columns) -> bool {
+    let words = Delimiter::of(line).columns(line);
+    columns.point(&words).is_some_and(|point| point.iter().all(|word| text::number(word).is_some()))
 }
 
 /// The points, and the normals if there are any.
@@ -30,7 +37,7 @@ pub(crate) fn read(file: Window) -> Result<RawScan, String> {
     let mut delimiter = None;
     let mut scan = RawScan::default();
     let mut normals = Some(Vec::new());
-    let mut has_header = false;
+    let mut header: Option<Columns> = None;
     while let Some((line, content)) = lines.next() {
         if !is_data(content) {
             continue;
@@ -38,20 +45,22 @@ pub(crate) fn read(file: Window) -> Result<RawScan, String> {
         if scan.points.is_empty() && is_count(content) {
             continue;
         }
-        if scan.points.is_empty() && !has_header && is_header(content) {
-            has_header = true;
+        if scan.points.is_empty() && header.is_none() && is_header(content) {
+            header = Some(Columns::named(content).unwrap_or(Columns::IN_ORDER));
             continue;
         }
-        let columns = delimiter.get_or_insert_with(|| Delimiter::of(content)).columns(content);
-        if columns.len() < 3 {
+        let columns = header.as_ref().unwrap_or(&Columns::IN_ORDER);
+        let words = delimiter.get_or_insert_with(|| Delimiter::of(content)).columns(content);
+        let Some(point) = columns.point(&words) else {
             return Err(format!(
-                "line {line}, `{}`: expected 3 columns or more, found {}; correct it or export the file again",
+                "line {line}, `{}`: expected {} columns or more, found {}; correct it or export the file again",
                 excerpt(content),
-                columns.len()
+                columns.fewest(),
+                words.len()
             ));
-        }
-        scan.points.push(text::three(&mut columns[..3].iter().copied(), line)?);
-        match (&mut normals, normal(&columns[3..])) {
+        };
+        scan.points.push(text::three(&mut point.into_iter(), line)?);
+        match (&mut normals, columns.normal(&words)) {
             (Some(normals), Some(normal)) => normals.push(normal),
             _ => normals = None,
         }
@@ -70,6 +79,46 @@ pub(crate) fn encode(scan: &RawScan, delimiter: char) -> Vec<u8> {
         file.push('\n');
     }
     file.into_bytes()
+}
+
+/// Where in a line what stands, counted from zero.
+struct Columns {
+    point: [usize; 3],
+    /// Normals, if there are any.
+    normal: Option<[usize; 3]>,
+}
+
+impl Columns {
+    const IN_ORDER: Columns = Columns { point: [0, 1, 2], normal: Some([3, 4, 5]) };
+
+    /// As a header names them; nothing where it does not name the coordinates.
+    fn named(header: &[u8]) -> Option<Columns> {
+        let words = Delimiter::of(header).columns(header);
+        let place = |name: &str| words.iter().position(|word| word.eq_ignore_ascii_case(name.as_bytes()));
+        let places = |[x, y, z]: [&str; 3]| Some([place(x)?, place(y)?, place(z)?]);
+        Some(Columns { point: places(["x", "y", "z"])?, normal: places(["nx", "ny", "nz"]) })
+    }
+
+    /// How many a line must have.
+    fn fewest(&self) -> usize {
+        1 + self.point.into_iter().max().unwrap_or(0)
+    }
+
+    fn point<'w>(&self, words: &[&'w [u8]]) -> Option<[&'w [u8]; 3]> {
+        three_of(words, self.point)
+    }
+
+    fn normal(&self, words: &[&[u8]]) -> Option<[f32; 3]> {
+        let [x, y, z] = three_of(words, self.normal?)?;
+        let v = [text::number(x)?, text::number(y)?, text::number(z)?];
+        let length = v.iter().map(|v| v * v).sum::<f64>().sqrt();
+        (length == 0.0 || (length - 1.0).abs() <= LENGTH_TOLERANCE).then(|| v.map(|v| v as f32))
+    }
+}
+
+fn three_of<'w>(words: &[&'w [u8]], places: [usize; 3]) -> Option<[&'w [u8]; 3]> {
+    let [x, y, z] = places.map(|place| words.get(place).copied());
+    Some([x?, y?, z?])
 }
 
 /// What stands between the columns.
@@ -115,12 +164,4 @@ fn is_count(line: &[u8]) -> bool {
 fn is_header(line: &[u8]) -> bool {
     let columns = Delimiter::of(line).columns(line);
     columns.iter().take(3).any(|word| text::number(word).is_none())
-}
-
-/// Columns 4 to 6 as a normal.
-fn normal(columns: &[&[u8]]) -> Option<[f32; 3]> {
-    let [x, y, z, ..] = columns else { return None };
-    let v = [text::number(x)?, text::number(y)?, text::number(z)?];
-    let length = v.iter().map(|v| v * v).sum::<f64>().sqrt();
-    (length == 0.0 || (length - 1.0).abs() <= LENGTH_TOLERANCE).then(|| v.map(|v| v as f32))
 }

@@ -28,6 +28,17 @@ fn lines_of_numbers_are_read_whatever_parts_them() {
 }
 
 #[test]
+fn a_header_says_which_columns_are_the_coordinates() {
+    let read =
+        square("id,label,Z,\"Y\",x,nz,ny,nx\n7,a,0,0,0,1,0,0\n8,b,0,0,1,1,0,0\n9,c,0,1,1,0,1,0\n10,d,0.5,1,0,0,0,1\n");
+    assert_eq!(read.normals.unwrap()[2..], [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
+    // Without names that are known, the first three columns are.
+    assert_eq!(square("east;north;up;id\n0;0;0;1\n1;0;0;2\n1;1;0;3\n0;1;.5;4\n").normals, None);
+    assert_eq!(scan(b"x,y,z\n").unwrap().points, [[0.0; 3]; 0]);
+    assert!(scan(b"id,x,y,z\n1,2,3,4\n1,2,3\n").unwrap_err().contains("expected 4 columns or more, found 3"));
+}
+
+#[test]
 fn unit_columns_are_normals_and_colours_are_not() {
     let with = |tails: [&str; 4]| {
         let rows = ["0 0 0", "1 0 0", "1 1 0", "0 1 0.5"];
