@@ -49,7 +49,7 @@ pub(crate) fn resolve(args: &RunArgs) -> Result<PipelineConfig> {
 /// The preset that a path names, where there is no such file.
 pub(crate) fn named_preset(path: &Path) -> Option<&'static str> {
     let name = path.to_string_lossy();
-    PRESETS.iter().find(|p| p.0 == name && !path.exists()).map(|p| p.0)
+    PRESETS.iter().find(|p| p.0 == name && !path.is_file()).map(|p| p.0)
 }
 
 /// The text of a configuration file.

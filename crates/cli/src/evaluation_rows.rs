@@ -17,12 +17,13 @@ pub(crate) struct EvaluationRows {
 }
 
 impl EvaluationRows {
-    /// The rows of a directory, ready for more. Rows with an error are left out, so that their pairs are tried again.
-    pub(crate) fn open(directory: &Path) -> Result<EvaluationRows> {
+    /// The rows of a directory, ready for more of a configuration: its rows with an error are left out, so that their pairs
+    /// are tried again.
+    pub(crate) fn open(directory: &Path, configuration: &str) -> Result<EvaluationRows> {
         std::fs::create_dir_all(directory).with_context(|| format!("{}: cannot be created", directory.display()))?;
         let path = directory.join(JSONL);
         let mut rows: Vec<PairRow> = if path.exists() { read_rows(&path)? } else { Vec::new() };
-        rows.retain(|row| row.status != Status::Error);
+        rows.retain(|row| row.configuration != configuration || row.status != Status::Error);
         let journal = Journal::begin(&path, &rows, "run it again")?;
         Ok(EvaluationRows { rows, journal })
     }

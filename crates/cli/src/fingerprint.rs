@@ -2,7 +2,12 @@
 
 /// FNV-1a, 64 bits: named here because it must never change.
 pub(crate) fn fnv(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
+    hash(bytes.iter().map(|byte| u64::from(*byte)))
+}
+
+/// The same of numbers.
+pub(crate) fn hash(numbers: impl Iterator<Item = u64>) -> u64 {
+    numbers.fold(0xcbf2_9ce4_8422_2325, |hash, number| (hash ^ number).wrapping_mul(0x0100_0000_01b3))
 }
 
 /// Of several texts, in their order.

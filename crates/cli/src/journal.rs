@@ -56,8 +56,13 @@ pub(crate) fn read_rows<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
     let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
     let text = String::from_utf8_lossy(&bytes[..whole]);
     let row = |(number, line): (usize, &str)| {
-        serde_json::from_str(line)
-            .map_err(|error| anyhow!("{}: line {number} is no row: {error}; remove it", path.display()))
+        serde_json::from_str(line).map_err(|error| match number {
+            1 => anyhow!(
+                "{}: holds results of another command or version ({error}); choose another folder",
+                path.display()
+            ),
+            _ => anyhow!("{}: line {number} is no row: {error}; remove it", path.display()),
+        })
     };
     (1..).zip(text.lines()).map(row).collect()
 }

@@ -206,6 +206,26 @@ fn one_point_that_stands_for_nothing_changes_no_pose() {
 }
 
 #[test]
+fn settings_that_leave_nothing_of_a_scan_are_refused() {
+    for spoilt in ["noise=-1", "noise=nan", "keep-randomly=0", "keep-evenly=2", "holes=100", "strays=1e9"] {
+        let output = congruent(&["evaluate", "none", "-o", "none-either", "--spoil", spoilt]);
+        assert_eq!(output.status.code(), Some(2), "{spoilt}");
+        assert!(stderr(&output).contains("--spoil"), "{}", stderr(&output));
+    }
+    let output = congruent(&["align", "a.ply", "b.ply", "--set", "sampling.budget.max-points=3"]);
+    assert!(stderr(&output).contains("too few for a scan"), "{}", stderr(&output));
+}
+
+#[test]
+fn a_folder_does_not_hide_a_preset() {
+    let (folder, _) = demo();
+    std::fs::create_dir(folder.path().join("paper")).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_congruent"));
+    let output = command.current_dir(&folder).args(["keypoints", "source.ply", "-c", "paper"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+}
+
+#[test]
 fn bad_files_end_in_a_message_with_code_2() {
     let (folder, _) = demo();
     let good = path(&folder, "target.ply");

@@ -84,10 +84,21 @@ impl Room {
         let free = || self.free.lock().unwrap_or_else(PoisonError::into_inner);
         let room = self.changed.wait_while(free(), |free| *free < bytes);
         *room.unwrap_or_else(PoisonError::into_inner) -= bytes;
-        let result = work();
-        *free() += bytes;
-        self.changed.notify_all();
-        result
+        let _taken = Taken { room: self, bytes };
+        work()
+    }
+}
+
+/// Bytes of the room, given back even where the work panics: others may be waiting for them.
+struct Taken<'a> {
+    room: &'a Room,
+    bytes: u64,
+}
+
+impl Drop for Taken<'_> {
+    fn drop(&mut self) {
+        *self.room.free.lock().unwrap_or_else(PoisonError::into_inner) += self.bytes;
+        self.room.changed.notify_all();
     }
 }
 

@@ -93,7 +93,12 @@ fn of_folder(folder: &Path, choice: Option<PairChoice>) -> Result<Input> {
     let place = if inner.is_dir() { inner } else { folder.to_owned() };
     let (mut scans, mut remarks) = (Vec::new(), Vec::new());
     for entry in std::fs::read_dir(&place).with_context(|| format!("{}: cannot be listed", place.display()))? {
-        let path = entry.with_context(|| format!("{}: cannot be listed", place.display()))?.path();
+        let entry = entry.with_context(|| format!("{}: cannot be listed", place.display()))?;
+        // Hidden: what a system keeps beside a file, or what is not done yet.
+        if entry.file_name().as_encoded_bytes().starts_with(b".") {
+            continue;
+        }
+        let path = entry.path();
         let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
         if !SCANS.contains(&extension.as_str()) {
             continue;

@@ -94,7 +94,7 @@ fn batch(
     let Some(survey) = Survey::of(input, config, &crew)? else { return Ok(stopped()) };
     let neighbors = args.neighbors.unwrap_or(NEIGHBORS) as usize;
     let Some(jobs) = chosen(input, &survey, &cache, &crew, neighbors)? else { return Ok(stopped()) };
-    let run = Run::new(config, &survey, &jobs, args.shard);
+    let run = Run::new(config, input, &survey, &jobs, args.shard);
     let mine: Vec<Job> = args.shard.of(jobs);
     let results = Results::open(&args.output, run, config, args.resume)?;
     let missing: Vec<Job> = mine.into_iter().filter(|job| !results.has(&job.id)).collect();

@@ -1,8 +1,9 @@
 //! The folder that a run writes: rows as they end, and what is needed to go on after a kill.
 
+use super::input::{Input, ScanFile};
 use super::pairs::Job;
 use super::row::{Row, Status};
-use super::survey::Survey;
+use super::survey::{Survey, Surveyed};
 use super::work::Share;
 use super::{columns, hash_of};
 use crate::fingerprint::fnv;
@@ -39,12 +40,17 @@ pub(super) struct Run {
     pub(super) pairs: usize,
     /// Hash of the ids of all pairs.
     pair_list: String,
+    /// Hash of the points of each scan that can be used, by its name.
+    scans: BTreeMap<String, String>,
     /// This one, and how many there are.
     shard: [usize; 2],
 }
 
 impl Run {
-    pub(super) fn new(config: &PipelineConfig, survey: &Survey, jobs: &[Job], shard: Share) -> Run {
+    pub(super) fn new(config: &PipelineConfig, input: &Input, survey: &Survey, jobs: &[Job], shard: Share) -> Run {
+        let content = |(file, scan): (&ScanFile, &Result<Surveyed, String>)| {
+            Some((file.name.clone(), format!("{:016x}", scan.as_ref().ok()?.content)))
+        };
         let ids: String = jobs.iter().map(|job| format!("{}\n", job.id)).collect();
         Run {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -52,6 +58,7 @@ impl Run {
             lengths: survey.collection.as_ref().map_or_else(Vec::new, congruent_pipeline::Collection::lengths),
             pairs: jobs.len(),
             pair_list: format!("{:016x}", fnv(ids.as_bytes())),
+            scans: input.scans.iter().zip(&survey.scans).filter_map(content).collect(),
             shard: [shard.part, shard.of],
         }
     }
@@ -83,8 +90,12 @@ impl Run {
             Some(format!("it was made by version {}, not {}; take another folder", other.version, self.version))
         } else if self.pair_list != other.pair_list || self.pairs != other.pairs {
             Some("it has other pairs; take the same input and choice of pairs, or another folder".to_owned())
+        } else if let Some((name, _)) =
+            self.scans.iter().find(|(name, now)| other.scans.get(*name).is_some_and(|then| then != *now))
+        {
+            Some(format!("the scan {name} has changed since; take another folder"))
         } else if self.lengths != other.lengths {
-            Some("the scans have changed since; take another folder".to_owned())
+            Some("it has other scans, which have other lengths together; take another folder".to_owned())
         } else {
             None
         }
@@ -191,6 +202,7 @@ mod tests {
             version: "1".to_owned(),
             configuration: "aa".to_owned(),
             lengths: vec![0.1, 0.2],
+            scans: BTreeMap::from([("a.ply".to_owned(), "1".to_owned())]),
             pairs: 3,
             pair_list: "bb".to_owned(),
             shard: [1, 1],
@@ -227,7 +239,8 @@ mod tests {
         for (other, resume, expected) in [
             (run(), false, "--resume"),
             (Run { configuration: "ab".to_owned(), ..run() }, true, "with -c"),
-            (Run { lengths: vec![0.3], ..run() }, true, "scans have changed"),
+            (Run { lengths: vec![0.3], ..run() }, true, "other lengths"),
+            (Run { scans: BTreeMap::from([("a.ply".to_owned(), "2".to_owned())]), ..run() }, true, "a.ply has changed"),
             (Run { pair_list: "bc".to_owned(), ..run() }, true, "other pairs"),
             (Run { shard: [2, 3], ..run() }, true, "say --shard 1/1"),
         ] {

@@ -6,6 +6,7 @@ use super::crew::{Crew, Item};
 use super::input::{Input, ScanFile};
 use super::work::guarded;
 use crate::commands::load;
+use crate::fingerprint::hash;
 use anyhow::Result;
 use congruent_pipeline::{Collection, PipelineConfig, ScanSummary, Variant};
 use nalgebra::Vector3;
@@ -28,6 +29,8 @@ pub(crate) struct Surveyed {
     pub(super) summary: ScanSummary,
     /// Middle of the bounding box, file coordinates.
     pub(crate) centre: Vector3<f64>,
+    /// Changes when the points do.
+    pub(super) content: u64,
 }
 
 impl Survey {
@@ -74,7 +77,9 @@ fn measured(file: &ScanFile, config: &PipelineConfig) -> Result<Surveyed, String
         let scan = load(&file.path).map_err(|error| format!("{error:#}"))?.scan;
         let summary =
             ScanSummary::new(&scan, config).map_err(|failure| format!("{}: {failure}", file.path.display()))?;
-        Ok(Surveyed { summary, centre: *scan.origin() })
+        let bits = scan.points().iter().flatten().map(|v| u64::from(v.to_bits()));
+        let content = hash(bits.chain(scan.origin().iter().map(|v| v.to_bits())));
+        Ok(Surveyed { summary, centre: *scan.origin(), content })
     })
 }
 

@@ -46,7 +46,7 @@ fn run_into(args: &EvaluateArgs, directory: &Path) -> Result<ExitCode> {
     };
     let selected = select(&args.dataset)?;
     let other = args.compare.as_deref().map(latest).transpose()?;
-    let mut rows = EvaluationRows::open(directory)?;
+    let mut rows = EvaluationRows::open(directory, &configuration)?;
     let config_file = directory.join(CONFIG);
     congruent_io::write_file(&config_file, format!("{ROWS_ARE}{configuration}\n{text}").as_bytes())?;
     on_threads(args.run.threads, || evaluate(Trial { config: &config, spoil }, &configuration, &selected, &mut rows))??;

@@ -2,7 +2,8 @@
 
 use congruent_geometry::RawScan;
 use congruent_simulation::nuisances::{add_noise, add_strays, cut_holes, decimate_uniform, keep_random};
-use serde::{Deserialize, Serialize};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
 
 /// One level of one nuisance. Lengths are in resolutions of the unspoilt pair.
@@ -12,15 +13,29 @@ pub enum Nuisance {
     /// The scan as it is.
     None {},
     /// Independent normal noise on each coordinate, of this standard deviation in `pr`.
-    Noise(f64),
+    Noise(#[serde(deserialize_with = "congruent_geometry::numbers::not_negative")] f64),
     /// Keep this share of the points, evenly in space.
-    KeepEvenly(f64),
+    KeepEvenly(#[serde(deserialize_with = "congruent_geometry::numbers::share")] f64),
     /// Keep this share of the points, at random.
-    KeepRandomly(f64),
-    /// Cut so many holes of 1 % of the points each.
-    Holes(usize),
-    /// Add so many times as many points at random, in the bounding box and a little around it.
-    Strays(f64),
+    KeepRandomly(#[serde(deserialize_with = "congruent_geometry::numbers::share")] f64),
+    /// Cut so many holes of 1 % of the points each: fewer than a hundred.
+    Holes(#[serde(deserialize_with = "holes")] usize),
+    /// Add so many times as many points at random, in the bounding box and a little around it: at most a hundred times.
+    Strays(#[serde(deserialize_with = "times")] f64),
+}
+
+fn holes<'de, D: Deserializer<'de>>(from: D) -> Result<usize, D::Error> {
+    match usize::deserialize(from)? {
+        count @ ..100 => Ok(count),
+        count => Err(D::Error::custom(format!("{count} holes of 1 % leave nothing: write a number below 100"))),
+    }
+}
+
+fn times<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    match f64::deserialize(from)? {
+        times if (0.0..=100.0).contains(&times) => Ok(times),
+        times => Err(D::Error::custom(format!("{times} is out of range: write a number from 0 to 100"))),
+    }
 }
 
 impl Nuisance {

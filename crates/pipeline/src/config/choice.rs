@@ -1,5 +1,6 @@
 //! What a user may say about choosing among poses, and believing the chosen one.
 
+use super::preparation::most_points_or_none;
 use crate::{Calibration, Predictors};
 use congruent_descriptors::DescriptorConfig;
 use congruent_estimators::EstimatorConfig;
@@ -114,7 +115,7 @@ pub struct DenseVerdictConfig {
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct EscalationStep {
     /// For `sampling.budget.max-points`.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "most_points_or_none")]
     pub max_points: Option<usize>,
     /// For `pool.poses`.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -1,7 +1,8 @@
 //! What a user may say about sampling and normals.
 
 use congruent_geometry::{Length, Orientation};
-use serde::{Deserialize, Serialize};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// The choice of a sampling, and with it the meaning of `pr` in all later stages.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,10 +30,27 @@ pub struct VoxelGridConfig {
 pub struct BudgetConfig {
     /// Smallest side of a cell; `pr` is here the resolution of the scans as they came.
     pub leaf: Length,
-    /// Most points that a scan may keep, on the mean of the two.
+    /// Most points that a scan may keep, on the mean of the two; at least eight.
+    #[serde(deserialize_with = "most_points")]
     pub max_points: usize,
     /// What is done with points that hang alone.
     pub strays: Strays,
+}
+
+/// However large its cells are, a grid leaves a point in each of the eight corners of a scan.
+const FEWEST_POINTS: usize = 8;
+
+pub(super) fn most_points<'de, D: Deserializer<'de>>(from: D) -> Result<usize, D::Error> {
+    match usize::deserialize(from)? {
+        points @ FEWEST_POINTS.. => Ok(points),
+        points => Err(D::Error::custom(format!(
+            "{points} points are too few for a scan: write {FEWEST_POINTS} or more, usually thousands"
+        ))),
+    }
+}
+
+pub(super) fn most_points_or_none<'de, D: Deserializer<'de>>(from: D) -> Result<Option<usize>, D::Error> {
+    most_points(from).map(Some)
 }
 
 /// Points that hang alone: dust, reflections, what a scanner sees along an edge.

@@ -26,7 +26,7 @@ pub fn cut_holes(scan: &RawScan, count: usize, seed: u64) -> RawScan {
         index: NeighborIndex::new(&points),
         n_removed: FEWEST.max((SHARE * points.len() as f64).round() as usize),
         left: vec![true; points.len()],
-        holes: Vec::with_capacity(count),
+        holes: Vec::new(),
         points,
     };
     for hole in 0..count as u64 {
