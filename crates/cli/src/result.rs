@@ -231,7 +231,7 @@ impl Report {
             "points",
             format!("{} and {}{strays}, sampled to {} and {}", c.points[0], c.points[1], c.sampled[0], c.sampled[1]),
         );
-        line("keypoints", format!("{} and {}", c.described[0], c.described[1]));
+        line("keypoints", format!("{} and {} described", c.described[0], c.described[1]));
         line(
             "correspondences",
             format!("{}, {} of them inliers; {} poses looked at", c.correspondences, c.inliers, c.poses),

@@ -8,7 +8,7 @@ const MIN_SECOND_DISTANCE: f32 = 1e-6;
 
 /// Picks and ranks correspondences.
 pub trait Matcher: Send + Sync {
-    /// Ranked correspondences between surface points, best first; ties are ordered by row of the source.
+    /// Ranked correspondences between surface points, best first; what ranks equal is ordered by row of the source.
     fn matches(&self, source: &Features, target: &Features) -> Vec<Correspondence>;
 }
 
@@ -114,8 +114,8 @@ fn ranked_by_ratio(source: &Features, target: &Features) -> Vec<Correspondence> 
     matches
 }
 
-/// Best score first. The sort is stable, so equal scores keep the order of the source rows; where no ratio could be
-/// formed at all (one target row) the descriptor distance decides.
+/// Best score first; of equal scores (all are, where there is one target row and so no ratio) the closer descriptors, and of
+/// these the earlier row of the source, since the sort is stable.
 fn rank(matches: &mut [Correspondence]) {
     matches.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.distance.total_cmp(&b.distance)));
 }

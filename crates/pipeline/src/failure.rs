@@ -14,6 +14,15 @@ pub enum Failure {
         /// Points of the scan.
         of: usize,
     },
+    /// At the resolution of both together hardly anything is left of the smaller one.
+    #[error(
+        "the source spans {:.4e} data units and the target {:.4e}: are both in one unit (metres, millimetres)? If so, cut the larger one down to the size of the other; if not, rescale one of them",
+        .extents.source, .extents.target
+    )]
+    OtherUnits {
+        /// Longest sides of the bounding boxes, data units.
+        extents: Pair<f64>,
+    },
     /// A scan without enough keypoints.
     #[error(
         "{} keypoints were found and described on the source and {} on the target, at least 3 are needed on both; use a denser detector such as [detector.uniform], or larger scans",
@@ -94,4 +103,20 @@ pub enum Failure {
         /// From which a direction counts as held.
         needed: f64,
     },
+}
+
+/// Scans whose extents differ by more than this factor are rarely in one unit.
+const SAME_UNIT: f64 = 100.0;
+
+impl Failure {
+    /// What is behind it, for scans of these extents.
+    pub(crate) fn explained(self, extents: Pair<f64>) -> Failure {
+        let ratio = extents.source / extents.target;
+        match self {
+            Failure::FewPoints { .. } | Failure::FewKeypoints { .. } if ratio.max(1.0 / ratio) > SAME_UNIT => {
+                Failure::OtherUnits { extents }
+            }
+            other => other,
+        }
+    }
 }

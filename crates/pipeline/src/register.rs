@@ -144,7 +144,8 @@ pub(crate) fn attempt(
     let mut chain =
         Chain { config, bounds, proposals, memory, clock, signs, counts, raw_resolution: 0.0, resolution: 0.0 };
     let mut trace = Trace::default();
-    let outcome = chain.run(scans, &mut trace)?;
+    let extents = || scans.map(|scan| scan.extent().max());
+    let outcome = chain.run(scans, &mut trace)?.map_err(|failure| failure.explained(extents()));
     let Chain { counts, raw_resolution, resolution, .. } = chain;
     let settings = Settings { config: config.clone(), signs };
     Some(Attempt { settings, outcome, counts, raw_resolution, resolution, trace })

@@ -362,3 +362,13 @@ fn scans_too_small_to_register_fail_with_a_reason() {
     );
     assert_eq!(found.verdict, Verdict::Failed(Failure::FewKeypoints { found: Pair { source: 0, target: 0 } }));
 }
+
+#[test]
+fn metres_and_millimetres_are_told_apart() {
+    let pair = pair(30.0);
+    let [source, target] = [scaled(&pair.source, 1e-3), pair.target].map(|raw| Scan::new(&raw).unwrap());
+    for (name, config) in presets() {
+        let found = register(&source, &target, &config, &|_| ());
+        assert!(matches!(found.verdict, Verdict::Failed(Failure::OtherUnits { .. })), "{name}: {:?}", found.verdict);
+    }
+}

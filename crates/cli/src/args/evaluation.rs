@@ -28,6 +28,9 @@ fn nuisance(text: &str) -> Result<Nuisance, String> {
     struct Parsed {
         nuisance: Nuisance,
     }
+    if !text.contains('=') && text != "none" {
+        return Err("write what and how much, as in noise=1".to_owned());
+    }
     let parsed = toml::from_str(&format!("nuisance = {{ {text} }}")).map_err(|e| e.message().to_owned());
     parsed.map(|Parsed { nuisance }| nuisance)
 }

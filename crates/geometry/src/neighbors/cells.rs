@@ -13,8 +13,10 @@ use std::ops::Range;
 const MAX_CELLS_PER_POINT: f64 = 16.0;
 /// Cells at most: their numbers fit into 31 bits.
 const MAX_CELLS: f64 = (1u64 << 31) as f64;
-/// Share of a cell by which runs reach farther than asked, so that rounding loses no point.
+/// Share of a cell by which runs reach farther than asked, so that rounding loses no point: so much …
 const SLACK: f32 = 1e-3;
+/// … or so much for each cell along the longest side, where that is more.
+const SLACK_PER_CELL: f32 = 5e-7;
 
 /// Points that one thread takes at a time, at least.
 const POINTS_AT_A_TIME: usize = 4096;
@@ -28,6 +30,7 @@ pub struct Cells {
     starts: Vec<u32>,
     order: Vec<u32>,
     crowding: f64,
+    slack: f32,
 }
 
 impl Cells {
@@ -62,7 +65,9 @@ impl Cells {
             *start -= 1;
             order[*start as usize] = number;
         }
-        Cells { grid, starts, order, crowding: pairs as f64 / f64::from(n.max(1)) }
+        let longest = grid.size.into_iter().max().unwrap_or(0);
+        let slack = SLACK.max(SLACK_PER_CELL * longest as f32);
+        Cells { grid, starts, order, crowding: pairs as f64 / f64::from(n.max(1)), slack }
     }
 
     /// Mean number of points in the cell of a point: how long a search takes.
@@ -118,7 +123,7 @@ impl Cells {
     pub(crate) fn around(&self, centre: &Point, radius: f64, mut visit: impl FnMut(Range<usize>)) {
         let Grid { side, size, .. } = self.grid;
         let place = self.grid.place(centre);
-        let reach = radius as f32 / side + SLACK;
+        let reach = radius as f32 / side + self.slack;
         let span = |axis: usize| {
             let low = (place[axis] - reach).max(0.0) as usize;
             let high = ((place[axis] + reach).max(-1.0) + 1.0) as usize;
@@ -144,7 +149,7 @@ impl Cells {
     pub fn runs(&self, centre: &Point, radius: f64) -> impl Iterator<Item = Range<usize>> + '_ {
         let Grid { side, size, .. } = self.grid;
         let place = self.grid.place(centre);
-        let reach = radius as f32 / side + SLACK;
+        let reach = radius as f32 / side + self.slack;
         let span = move |axis: usize, half: f32| {
             let low = (place[axis] - half).max(0.0) as usize;
             let high = ((place[axis] + half).max(-1.0) + 1.0) as usize;
