@@ -3,6 +3,9 @@
 use crate::Candidate;
 use congruent_descriptors::Features;
 
+/// Exact distances that are summed up side by side: one after the other each addition would wait for the last.
+const TOGETHER: usize = 8;
+
 /// Rows that may be among the `k` nearest, given that each squared distance is only known to within an error. Used for one query
 /// after the other.
 pub(crate) struct Shortlist {
@@ -55,13 +58,32 @@ impl Shortlist {
     /// The nearest, by distances in `f64`; of equal ones the first row.
     pub(crate) fn settle(&mut self, query: &[f32], table: &Features) -> Vec<Candidate> {
         let limit = self.limit();
-        let near = self.rows.iter().filter(|(approximate, _)| *approximate <= limit);
+        self.rows.retain(|(approximate, _)| *approximate <= limit);
         self.exact.clear();
-        self.exact.extend(near.map(|&(_, row)| (squared_distance(query, table.row(row as usize)), row)));
-        self.exact.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        self.exact.truncate(self.k);
+        for some in self.rows.chunks(TOGETHER) {
+            let distances_sq = squared_distances(query, some, table);
+            for (&(_, row), distance_sq) in some.iter().zip(distances_sq) {
+                let is_before = |known: &(f64, u32)| known.0.total_cmp(&distance_sq).then(known.1.cmp(&row)).is_lt();
+                let at = self.exact.partition_point(is_before);
+                self.exact.insert(at, (distance_sq, row));
+                self.exact.truncate(self.k);
+            }
+        }
         self.exact.iter().map(|&(distance_sq, row)| Candidate { row, distance: distance_sq.sqrt() as f32 }).collect()
     }
+}
+
+/// Of a query to some rows: their sums grow side by side, each in the order of [`squared_distance`].
+fn squared_distances(query: &[f32], some: &[(f32, u32)], table: &Features) -> [f64; TOGETHER] {
+    let row = |i: usize| &table.row(some[i.min(some.len() - 1)].1 as usize)[..query.len()];
+    let rows: [&[f32]; TOGETHER] = std::array::from_fn(row);
+    let mut sums = [0.0; TOGETHER];
+    for (i, value) in query.iter().enumerate() {
+        for (sum, row) in sums.iter_mut().zip(rows) {
+            *sum += (f64::from(*value) - f64::from(row[i])).powi(2);
+        }
+    }
+    sums
 }
 
 pub(crate) fn squared_norms(features: &Features) -> Vec<f32> {
@@ -72,6 +94,7 @@ pub(crate) fn largest(norms: &[f32]) -> f32 {
     norms.iter().fold(0.0f32, |a, &b| a.max(b))
 }
 
+#[cfg(test)]
 pub(crate) fn squared_distance(a: &[f32], b: &[f32]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2)).sum()
 }
