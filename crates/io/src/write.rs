@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Puts a file in place, whole or not at all: the bytes go to a temporary file in the same folder, which then takes
-/// the name. An existing file is replaced, a symbolic link is followed, a device or pipe is written to directly.
+/// the name. An existing file is replaced and keeps its permissions, a symbolic link is followed, a device or pipe
+/// is written to directly.
 ///
 /// # Errors
 /// The folder is missing or may not be written to, the disk is full, or the path is a directory. The temporary file
@@ -22,14 +23,19 @@ pub(crate) fn fits_float(points: &[[f64; 3]]) -> bool {
 }
 
 fn put(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    match fs::metadata(&target) {
-        Ok(there) if there.is_dir() => return Err(io::Error::new(ErrorKind::IsADirectory, "it is a directory")),
-        Ok(there) if !there.is_file() => return fs::write(&target, bytes),
+    let target = destination(path);
+    let there = fs::metadata(&target).ok();
+    match &there {
+        Some(there) if there.is_dir() => return Err(io::Error::new(ErrorKind::IsADirectory, "it is a directory")),
+        Some(there) if !there.is_file() => return fs::write(&target, bytes),
         _ => {}
     }
     let folder = target.parent().unwrap_or(Path::new(""));
     let (temporary, mut file) = temporary_in(folder)?;
+    if let Some(there) = there {
+        // Some file systems have none to set.
+        let _ = file.set_permissions(there.permissions());
+    }
     let written = file.write_all(bytes);
     drop(file); // Some systems do not rename an open file.
     let placed = written.and_then(|()| fs::rename(&temporary, &target));
@@ -38,6 +44,15 @@ fn put(path: &Path, bytes: &[u8]) -> io::Result<()> {
         let _ = fs::remove_file(&temporary);
     }
     placed
+}
+
+/// Where a path leads: the end of its links, whether there is a file yet or not.
+fn destination(path: &Path) -> PathBuf {
+    if let Ok(existing) = fs::canonicalize(path) {
+        return existing;
+    }
+    let beside = |link: PathBuf| path.parent().map_or_else(|| link.clone(), |folder| folder.join(&link));
+    fs::read_link(path).map_or_else(|_| path.to_owned(), beside)
 }
 
 /// A new file that nobody else has. Its name does not hold the target's, which may be as long as a name can be.
@@ -102,6 +117,21 @@ mod tests {
         let content = fs::read(&path).unwrap();
         assert!(content.len() == 4096 && content.iter().all(|&b| b == content[0]));
         assert_eq!(names_in(folder.path()), ["shared"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_nothing_yet_is_followed_and_permissions_stay() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let (link, end) = (folder.path().join("link"), folder.path().join("end"));
+        std::os::unix::fs::symlink("end", &link).unwrap();
+        write_file(&link, b"through").unwrap();
+        assert_eq!(fs::read(&end).unwrap(), b"through");
+        fs::set_permissions(&end, fs::Permissions::from_mode(0o600)).unwrap();
+        write_file(&link, b"again").unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::metadata(&end).unwrap().permissions().mode() & 0o777, 0o600);
     }
 
     #[cfg(unix)]

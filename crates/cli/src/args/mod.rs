@@ -111,6 +111,32 @@ pub(crate) enum Command {
     Demo(DemoArgs),
 }
 
+impl Command {
+    /// How many threads it may use, where it lets that be said.
+    pub(crate) fn threads(&self) -> Option<u16> {
+        let run = match self {
+            Command::Align(args) => &args.run,
+            Command::Refine(args) => &args.run,
+            Command::Batch(args) => &args.run,
+            Command::Reconstruct(args) => &args.run,
+            Command::Keypoints(args) => &args.stage.run,
+            Command::Describe(args) => &args.stage.run,
+            Command::Match(args) => &args.run,
+            Command::Estimate(args) => &args.stage.run,
+            Command::Evaluate(args) => &args.run,
+            Command::Experiment(args) => &args.run,
+            Command::Calibrate(args) => &args.run,
+            Command::Demo(args) => &args.run,
+            Command::Merge(_)
+            | Command::Simulate(_)
+            | Command::Inspect(_)
+            | Command::Convert(_)
+            | Command::Config(_) => return None,
+        };
+        run.threads
+    }
+}
+
 /// What every command that registers takes.
 #[derive(Clone, Debug, Default, ClapArgs)]
 pub(crate) struct RunArgs {

@@ -59,7 +59,6 @@ pub(crate) struct Ended<'a> {
     pub(crate) input: &'a Input,
     pub(crate) survey: &'a Survey,
     pub(crate) cache: &'a Cache,
-    pub(crate) threads: usize,
     /// Sorted by id.
     pub(crate) rows: Vec<Row>,
     /// Rows without a verdict.
@@ -87,7 +86,7 @@ fn batch(
 ) -> Result<ExitCode> {
     let kept = (CACHE_SHARE * args.memory as f64) as u64;
     let cache = Cache::new(usize::try_from(kept).unwrap_or(usize::MAX));
-    let threads = args.run.threads.map_or_else(all_processors, usize::from);
+    let threads = rayon::current_num_threads();
     let crew = Crew { threads, memory: args.memory - kept, stop: interrupted };
     // A panic is told by the row of its pair, or of its scan.
     let silence = PanicSilence::begin();
@@ -108,7 +107,7 @@ fn batch(
         return Ok(stopped());
     }
     let rows = results::all_rows(&args.output)?;
-    then(&Ended { input, survey: &survey, cache: &cache, threads, rows, errors: summary.errors })
+    then(&Ended { input, survey: &survey, cache: &cache, rows, errors: summary.errors })
 }
 
 fn stopped() -> ExitCode {
@@ -134,10 +133,6 @@ fn chosen(
         },
     };
     pairs::sorted(jobs).map(Some)
-}
-
-fn all_processors() -> usize {
-    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
 /// Set by the first Ctrl-C (or the signal with which job schedulers end a program); the second one ends it at once.

@@ -7,7 +7,7 @@ mod rows;
 mod simulated;
 
 use crate::args::CalibrateArgs;
-use crate::commands::{listed_pairs, named_once, on_threads};
+use crate::commands::{listed_pairs, named_once};
 use crate::fingerprint::fingerprint;
 use crate::progress::Bar;
 use crate::{configuration, output};
@@ -66,7 +66,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode> {
     let mut rows = Rows::open(&args.output, made_by)?;
     let credulous = DenseVerdictConfig { min_confidence: BELIEVABLE.min(verdict.min_confidence), ..verdict.clone() };
     let looking = PipelineConfig { verdict: VerdictConfig::Dense(credulous), ..config.clone() };
-    let errors = on_threads(args.run.threads, || register_all(&trials, &looking, &mut rows))??;
+    let errors = register_all(&trials, &looking, &mut rows)?;
     let rows = rows.of(trials.iter().map(|trial| trial.id.as_str()));
     let validation = Validation::new(&rows, verdict);
     let figures = validation.to_string();

@@ -2,7 +2,7 @@
 
 use super::convert::warn_of_losses;
 use super::stages::save;
-use super::{Loaded, load_seen_from, on_threads};
+use super::{Loaded, load_seen_from};
 use crate::args::{AlignArgs, ResultArgs, RunArgs, ViewpointArgs};
 use crate::guess::prior;
 use crate::progress::Progress;
@@ -148,20 +148,18 @@ pub(super) fn align(
 ) -> Result<Aligned> {
     let config = configuration::resolve(run)?;
     let start = Instant::now();
-    let (scans, raw_source, (registration, trace), reading) = on_threads(run.threads, || -> Result<_> {
-        let keeps = Pair { source: raw_source == RawSource::Kept, target: false };
-        let loaded = files.zip(viewpoints).zip(keeps).map(|&((path, viewpoint), keeps)| -> Result<_> {
-            let Loaded { raw, scan } = load_seen_from(path, viewpoint)?;
-            Ok((scan, keeps.then_some(raw)))
-        });
-        let (scans, raw) = loaded.both()?.unzip();
-        let reading = start.elapsed();
-        let progress = Progress::new();
-        let registered = registering(scans.as_ref(), &config, &|stage| progress.enter(stage));
-        Ok((scans, raw.source, registered, reading))
-    })??;
+    let keeps = Pair { source: raw_source == RawSource::Kept, target: false };
+    let loaded = files.zip(viewpoints).zip(keeps).map(|&((path, viewpoint), keeps)| -> Result<_> {
+        let Loaded { raw, scan } = load_seen_from(path, viewpoint)?;
+        Ok((scan, keeps.then_some(raw)))
+    });
+    let (scans, raw) = loaded.both()?.unzip();
+    let reading = start.elapsed();
+    let progress = Progress::new();
+    let (registration, trace) = registering(scans.as_ref(), &config, &|stage| progress.enter(stage));
+    drop(progress);
     let report = Report::new(files, &config, &registration, reading, start.elapsed());
-    Ok(Aligned { scans, raw_source, registration, trace, config, report })
+    Ok(Aligned { scans, raw_source: raw.source, registration, trace, config, report })
 }
 
 /// Whether a name asks for the matrix alone.

@@ -1,6 +1,5 @@
 //! `congruent describe`: what a scan looks like around its keypoints.
 
-use super::on_threads;
 use super::stages::{Described, Single, read_keypoints, sibling};
 use crate::args::DescribeArgs;
 use crate::{configuration, output, outputs};
@@ -16,17 +15,14 @@ pub(super) fn run(args: &DescribeArgs) -> Result<ExitCode> {
     let keypoints = args.keypoints.as_deref();
     let inputs: Vec<&Path> = keypoints.into_iter().chain([args.scan.as_path()]).collect();
     outputs::check(&inputs, &[&args.output, &places])?;
-    let described = on_threads(args.stage.run.threads, || -> Result<_> {
-        let single = Single::load(&args.scan, &args.stage, &config)?;
-        let Single { scan, surface, resolution } = &single;
-        let points = match &args.keypoints {
-            Some(path) => read_keypoints(path, &single)?,
-            None => detect(surface, &config, *resolution).iter().map(|keypoint| keypoint.index).collect(),
-        };
-        let features = describe(surface, &points, &config, *resolution);
-        output::remark(&format!("{} of {} keypoints could be described", features.len(), points.len()));
-        Ok(Described::new(features, surface, scan.origin()))
-    })??;
-    described.write(&args.output)?;
+    let single = Single::load(&args.scan, &args.stage, &config)?;
+    let Single { scan, surface, resolution } = &single;
+    let points = match &args.keypoints {
+        Some(path) => read_keypoints(path, &single)?,
+        None => detect(surface, &config, *resolution).iter().map(|keypoint| keypoint.index).collect(),
+    };
+    let features = describe(surface, &points, &config, *resolution);
+    output::remark(&format!("{} of {} keypoints could be described", features.len(), points.len()));
+    Described::new(features, surface, scan.origin()).write(&args.output)?;
     Ok(ExitCode::SUCCESS)
 }

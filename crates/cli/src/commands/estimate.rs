@@ -2,7 +2,7 @@
 
 use super::align::NOT_REGISTERED;
 use super::stages::centred;
-use super::{Loaded, load, on_threads};
+use super::{Loaded, load};
 use crate::args::EstimateArgs;
 use crate::{configuration, output, outputs};
 use anyhow::{Context, Result, anyhow, bail};
@@ -50,23 +50,21 @@ pub(super) fn run(args: &EstimateArgs) -> Result<ExitCode> {
     let scans = [&args.source, &args.target].into_iter().flatten();
     let inputs: Vec<&Path> = scans.chain([&args.matches]).map(PathBuf::as_path).collect();
     outputs::check(&inputs, args.output.as_deref().as_slice())?;
-    let report = on_threads(args.stage.run.threads, || -> Result<_> {
-        let scans = match (&args.source, &args.target) {
-            (Some(source), Some(target)) => Some(Pair { source, target }.map(|path| load(path)).both()?),
-            _ => None,
-        };
-        let raw: Option<[&RawScan; 2]> = scans.as_ref().map(|pair| [&pair.source.raw, &pair.target.raw]);
-        let pairs = read_matches(&args.matches, raw)?;
-        let named = || args.matches.display().to_string();
-        if pairs.len() > MOST_MATCHES {
-            bail!("{}: holds {} correspondences; keep the best {MOST_MATCHES}", named(), pairs.len());
-        }
-        let input = match &scans {
-            Some(scans) => Input::on_scans(&pairs, scans, &config, args),
-            None => Input::alone(&pairs, &config, args.stage.resolution).with_context(named),
-        }?;
-        Ok(input.report(&args.matches, &config))
-    })??;
+    let scans = match (&args.source, &args.target) {
+        (Some(source), Some(target)) => Some(Pair { source, target }.map(|path| load(path)).both()?),
+        _ => None,
+    };
+    let raw: Option<[&RawScan; 2]> = scans.as_ref().map(|pair| [&pair.source.raw, &pair.target.raw]);
+    let pairs = read_matches(&args.matches, raw)?;
+    let named = || args.matches.display().to_string();
+    if pairs.len() > MOST_MATCHES {
+        bail!("{}: holds {} correspondences; keep the best {MOST_MATCHES}", named(), pairs.len());
+    }
+    let input = match &scans {
+        Some(scans) => Input::on_scans(&pairs, scans, &config, args),
+        None => Input::alone(&pairs, &config, args.stage.resolution).with_context(named),
+    }?;
+    let report = input.report(&args.matches, &config);
     let json = serde_json::to_string_pretty(&report).context("the result cannot be written as JSON")?;
     output::data(&if args.json { json.clone() } else { report.summary() })?;
     if let Some(path) = &args.output {

@@ -2,7 +2,7 @@
 
 use super::dataset::{Selected, names_of, select};
 use super::pages::write_pages;
-use super::{Loaded, load, on_threads, show};
+use super::{Loaded, load, show};
 use crate::args::EvaluateArgs;
 use crate::evaluation_rows::EvaluationRows;
 use crate::fingerprint::fingerprint;
@@ -49,7 +49,7 @@ fn run_into(args: &EvaluateArgs, directory: &Path) -> Result<ExitCode> {
     let mut rows = EvaluationRows::open(directory, &configuration)?;
     let config_file = directory.join(CONFIG);
     congruent_io::write_file(&config_file, format!("{ROWS_ARE}{configuration}\n{text}").as_bytes())?;
-    on_threads(args.run.threads, || evaluate(Trial { config: &config, spoil }, &configuration, &selected, &mut rows))??;
+    evaluate(Trial { config: &config, spoil }, &configuration, &selected, &mut rows)?;
     rows.write_table(directory)?;
 
     let ours = |set: &Selected| -> Vec<PairRow> {

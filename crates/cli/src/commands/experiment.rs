@@ -1,7 +1,6 @@
 //! `congruent experiment`: the tables and figures of the paper on data sets.
 
 use super::dataset::{Selected, names_of, select};
-use super::on_threads;
 use super::pages::write_pages;
 use crate::args::{ExperimentArgs, RunArgs};
 use crate::progress::Bar;
@@ -42,7 +41,7 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<ExitCode> {
     }
     let selected = select(&args.dataset)?;
     std::fs::create_dir_all(&args.output).with_context(|| format!("{}: cannot be created", args.output.display()))?;
-    on_threads(args.run.threads, || measure(&mut experiments, &selected))?;
+    measure(&mut experiments, &selected);
     let mut texts = Vec::new();
     for experiment in &experiments {
         texts.push(experiment.write(&args.output)?);

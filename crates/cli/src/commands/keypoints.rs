@@ -1,6 +1,5 @@
 //! `congruent keypoints`: where a scan is worth describing.
 
-use super::on_threads;
 use super::stages::{Single, keypoint_rows, put};
 use crate::args::KeypointsArgs;
 use crate::{configuration, outputs};
@@ -12,10 +11,8 @@ use std::process::ExitCode;
 pub(super) fn run(args: &KeypointsArgs) -> Result<ExitCode> {
     let config = configuration::resolve(&args.stage.run)?;
     outputs::check(&[&args.scan], args.output.as_deref().as_slice())?;
-    let rows = on_threads(args.stage.run.threads, || -> Result<_> {
-        let Single { scan, surface, resolution } = Single::load(&args.scan, &args.stage, &config)?;
-        Ok(keypoint_rows(&surface, &detect(&surface, &config, resolution), scan.origin()))
-    })??;
+    let Single { scan, surface, resolution } = Single::load(&args.scan, &args.stage, &config)?;
+    let rows = keypoint_rows(&surface, &detect(&surface, &config, resolution), scan.origin());
     put(args.output.as_deref(), &keypoints_csv(&rows))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,6 +1,5 @@
 //! `congruent match`: which places of two scans look alike.
 
-use super::on_threads;
 use super::stages::{Described, put};
 use crate::args::MatchArgs;
 use crate::{configuration, outputs};
@@ -24,7 +23,7 @@ pub(super) fn run(args: &MatchArgs) -> Result<ExitCode> {
         );
     }
     let (places, features) = both.into_map(numbered).unzip();
-    let matches = on_threads(args.run.threads, || match_features(&features, &config))?;
+    let matches = match_features(&features, &config);
     let row = |m: &congruent_matching::Correspondence| MatchRow {
         source: places.source[m.source as usize],
         target: places.target[m.target as usize],

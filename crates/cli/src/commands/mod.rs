@@ -28,9 +28,13 @@ use congruent_geometry::{RawScan, Scan};
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Runs the command; errors are bad input or configuration.
+/// Runs the command on the threads that it may use; errors are bad input or configuration.
 pub(crate) fn run(args: Args) -> Result<ExitCode> {
-    match args.command {
+    on_threads(args.command.threads(), || dispatched(args.command))?
+}
+
+fn dispatched(command: Command) -> Result<ExitCode> {
+    match command {
         Command::Align(args) => align::run(&args),
         Command::Refine(args) => refine::run(&args),
         Command::Batch(args) => batch::run(&args),

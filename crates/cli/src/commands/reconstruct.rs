@@ -34,15 +34,12 @@ fn reconstructed(args: &ReconstructArgs, ended: &Ended<'_>) -> Result<ExitCode> 
     let Some(collection) = &ended.survey.collection else {
         bail!("{}: no scan there can be used; {} says why", args.folder.display(), args.output.display());
     };
-    let threads = u16::try_from(ended.threads).ok();
     let pr = collection.resolution();
-    let (result, proposals, surfaces) = crate::commands::on_threads(threads, || {
-        let surfaces = Surfaces::of(ended, pr);
-        let proposals = reconstruct::proposals(ended, &surfaces);
-        let candidates: Vec<_> = proposals.iter().filter_map(|p| p.candidate.clone()).collect();
-        output::remark(&format!("{} poses between scans that touch; solving for all scans", candidates.len()));
-        (solved(&surfaces.nodes(), &candidates, &surfaces, &Settings::new(pr)), proposals, surfaces)
-    })?;
+    let surfaces = Surfaces::of(ended, pr);
+    let proposals = reconstruct::proposals(ended, &surfaces);
+    let candidates: Vec<_> = proposals.iter().filter_map(|p| p.candidate.clone()).collect();
+    output::remark(&format!("{} poses between scans that touch; solving for all scans", candidates.len()));
+    let result = solved(&surfaces.nodes(), &candidates, &surfaces, &Settings::new(pr));
     let outcome = reconstruct::Outcome::new(ended, &result, proposals, &surfaces, pr);
     reconstruct::write(args, ended, &outcome, &surfaces)?;
     output::data(&if args.json { outcome.json() } else { outcome.text(&args.output) })?;
