@@ -4,8 +4,8 @@ use congruent_geometry::{Point, RigidTransform};
 
 /// A pose in `f32`, for many points.
 pub(crate) struct Motion {
-    linear: [Point; 3],
-    shift: Point,
+    pub(crate) linear: [Point; 3],
+    pub(crate) shift: Point,
 }
 
 impl Motion {

@@ -1,6 +1,7 @@
 //! The one hot loop: residuals of all pairs under a pose, their gains added up.
 
 use crate::evidence::LANES;
+use crate::motion::Motion;
 use crate::{Evidence, Kernel, Score};
 use congruent_geometry::RigidTransform;
 use congruent_geometry::lanes::across;
@@ -8,7 +9,8 @@ use multiversion::multiversion;
 
 /// Scores a hypothesis.
 pub trait Metric: Send + Sync {
-    /// How well `target_from_source` explains the evidence; no evidence scores zero.
+    /// How well `target_from_source` explains the evidence. The sum over no correspondences is zero; metrics of the clouds
+    /// themselves look at none.
     fn score(&self, evidence: &Evidence, target_from_source: &RigidTransform) -> Score;
 
     /// Weight of a pair with this residual (data units) in the least-squares fit that raises the score.
@@ -27,7 +29,7 @@ pub struct Summed<K>(pub K);
 
 impl<K: Kernel> Metric for Summed<K> {
     fn score(&self, evidence: &Evidence, target_from_source: &RigidTransform) -> Score {
-        Score::new(f64::from(total(&self.0, &Rows::new(target_from_source), evidence)))
+        Score::new(f64::from(total(&self.0, &Motion::new(target_from_source), evidence)))
     }
 
     fn weight(&self, residual: f64) -> f64 {
@@ -35,22 +37,7 @@ impl<K: Kernel> Metric for Summed<K> {
     }
 }
 
-/// The pose as the loop wants it.
-struct Rows {
-    linear: [[f32; 3]; 3],
-    shift: [f32; 3],
-}
-
-impl Rows {
-    fn new(pose: &RigidTransform) -> Self {
-        let rotation = pose.rotation.to_rotation_matrix();
-        let shift = pose.translation.vector;
-        Rows {
-            linear: std::array::from_fn(|row| std::array::from_fn(|column| rotation[(row, column)] as f32)),
-            shift: [shift.x as f32, shift.y as f32, shift.z as f32],
-        }
-    }
-
+impl Motion {
     /// Squared residuals of [`LANES`] pairs, a row of the pose after the other: so each of its numbers is fetched once for all.
     #[inline(always)]
     fn residuals_sq(&self, p: [&[f32; LANES]; 3], [qx, qy, qz]: [&[f32; LANES]; 3]) -> [f32; LANES] {
@@ -88,7 +75,7 @@ impl Rows {
 }
 
 /// The gains of all pairs, lane by lane, in a fixed order.
-fn total<K: Kernel>(kernel: &K, pose: &Rows, evidence: &Evidence) -> f32 {
+fn total<K: Kernel>(kernel: &K, pose: &Motion, evidence: &Evidence) -> f32 {
     let mut sums = [0.0f32; LANES];
     add_gains(kernel, pose, evidence, &mut sums);
     across(sums)
@@ -98,7 +85,7 @@ fn total<K: Kernel>(kernel: &K, pose: &Rows, evidence: &Evidence) -> f32 {
 /// added in a fixed order, so the bits are the same on all of them. The sums go to memory: where they were added up here,
 /// the compiler would cut the registers into pieces.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn add_gains<K: Kernel>(kernel: &K, pose: &Rows, evidence: &Evidence, sums: &mut [f32; LANES]) {
+fn add_gains<K: Kernel>(kernel: &K, pose: &Motion, evidence: &Evidence, sums: &mut [f32; LANES]) {
     let [px, py, pz] = evidence.source.each_ref().map(|axis| axis.as_chunks::<LANES>());
     let [qx, qy, qz] = evidence.target.each_ref().map(|axis| axis.as_chunks::<LANES>());
     let blocks = px.0.len();
@@ -127,13 +114,13 @@ impl Evidence {
     pub fn residuals_sq(&self, target_from_source: &RigidTransform, residuals_sq: &mut Vec<f32>) {
         residuals_sq.clear();
         residuals_sq.resize(self.len(), 0.0);
-        fill(&Rows::new(target_from_source), self, residuals_sq);
+        fill(&Motion::new(target_from_source), self, residuals_sq);
     }
 }
 
 /// Compiled like [`total`], with the same bits.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn fill(pose: &Rows, evidence: &Evidence, residuals_sq: &mut [f32]) {
+fn fill(pose: &Motion, evidence: &Evidence, residuals_sq: &mut [f32]) {
     let n = residuals_sq.len();
     let [px, py, pz] = &evidence.source;
     let [qx, qy, qz] = &evidence.target;

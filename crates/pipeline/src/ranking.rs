@@ -138,16 +138,10 @@ impl<'a> Ranking<'a> {
 
     /// The start is kept where the score falls, or where refinement leads out of bounds.
     fn refined(&self, start: &Ranked) -> Ranked {
-        let schedule = Schedule {
-            start_radius: REFINEMENT_RADII[0] * self.resolution,
-            end_radius: REFINEMENT_RADII[1] * self.resolution,
-            scale: 0.5 * REFINEMENT_RADII[1] * self.resolution,
-            rounds: self.config.rounds,
-            max_points: REFINEMENT_POINTS,
-            min_normal_cosine: 0.5,
-            tolerance: 0.02 * self.resolution,
-            freedom: self.bounds.freedom(),
-        };
+        let radii = REFINEMENT_RADII.map(|radius| radius * self.resolution);
+        let (rounds, max_points) = (self.config.rounds, REFINEMENT_POINTS);
+        let rough = Schedule::rough(radii, self.resolution, self.bounds.freedom());
+        let schedule = Schedule { rounds, max_points, ..rough };
         let Pair { source, target } = &self.surfaces;
         let start_pose = &start.target_from_source;
         let moved = PointToPlane { schedule }.descend(source.surface, target.surface, target.near, start_pose);

@@ -8,9 +8,6 @@ use congruent_refinement::{Freedom, PointToPlane, Refiner, Schedule};
 pub(crate) const GUESS_RADIUS: f64 = 15.0;
 /// How far any pose is looked around at last, in `pr`.
 const END_RADIUS: f64 = 2.5;
-const ROUNDS: usize = 30;
-/// Points of the source that this uses in a round.
-const POINTS: usize = 4000;
 
 /// A rough pose, drawn in from as far as `radius` (data units); itself where the surfaces touch less at the end.
 pub(crate) fn drawn_in(
@@ -20,15 +17,6 @@ pub(crate) fn drawn_in(
     freedom: Freedom,
     resolution: f64,
 ) -> RigidTransform {
-    let schedule = Schedule {
-        start_radius: radius,
-        end_radius: END_RADIUS * resolution,
-        scale: 0.5 * END_RADIUS * resolution,
-        rounds: ROUNDS,
-        max_points: POINTS,
-        min_normal_cosine: 0.5,
-        tolerance: 0.02 * resolution,
-        freedom,
-    };
+    let schedule = Schedule::rough([radius, END_RADIUS * resolution], resolution, freedom);
     PointToPlane { schedule }.refine(&surfaces.source, &surfaces.target, rough).target_from_source
 }

@@ -55,6 +55,22 @@ pub(crate) struct Scene<'a> {
 }
 
 impl Schedule {
+    /// For a pose that is only roughly right, from one radius to another: pairs count half at half the end radius, normals may
+    /// differ by 60 degrees, and steps below a fiftieth of `resolution` end it. Lengths in data units.
+    #[must_use]
+    pub fn rough([start_radius, end_radius]: [f64; 2], resolution: f64, freedom: Freedom) -> Schedule {
+        Schedule {
+            start_radius,
+            end_radius,
+            scale: 0.5 * end_radius,
+            rounds: 30,
+            max_points: 4000,
+            min_normal_cosine: 0.5,
+            tolerance: 0.02 * resolution,
+            freedom,
+        }
+    }
+
     /// Moves, and says how good the end is; the start is kept where the surfaces lose touch.
     pub(crate) fn refine<D: Distance>(&self, scene: Scene<'_>, distance: &D, start: &RigidTransform) -> Refinement {
         let at_the_end = |pose: &RigidTransform| self.pairing(scene, pose, self.end_radius);

@@ -23,8 +23,6 @@ const PROBES: usize = 48;
 const FIRST_REACH: f64 = 3.0;
 const SHRINKING: f64 = 0.75;
 const LAST_REACH: f64 = 1.5;
-/// Cosine that the normals of touching points must have.
-const MIN_NORMAL_COSINE: f64 = 0.5;
 
 /// All scans of a run, sampled, in the order of the input.
 pub(crate) struct Surfaces {
@@ -101,16 +99,8 @@ impl Surfaces {
         if !near(&moving.surface, &fixed.surface, pose, reach) {
             return None;
         }
-        let schedule = Schedule {
-            start_radius: reach,
-            end_radius: reach,
-            scale: 0.5 * reach,
-            rounds: 1,
-            max_points: MOVING_POINTS,
-            min_normal_cosine: MIN_NORMAL_COSINE,
-            tolerance: 0.0,
-            freedom: Freedom::All,
-        };
+        let rough = Schedule::rough([reach, reach], self.pr, Freedom::All);
+        let schedule = Schedule { rounds: 1, max_points: MOVING_POINTS, ..rough };
         let icp = PointToPlane { schedule };
         let sides = [Some(&moving.surface), (!(moving.sure && fixed.sure)).then_some(&moving.turned)];
         let found = sides.into_iter().flatten().map(|surface| look(&icp, surface, &fixed.surface));
