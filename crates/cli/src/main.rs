@@ -9,7 +9,6 @@ mod batch;
 mod calibration;
 mod commands;
 mod configuration;
-mod digits;
 mod evaluation_rows;
 mod fingerprint;
 mod guess;

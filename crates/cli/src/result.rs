@@ -1,10 +1,10 @@
 //! A registration as JSON and as a summary for people.
 
-use crate::digits::{self, digits};
 use crate::layers::all_settings;
 use crate::reasons::Reasons;
 use congruent_geometry::{Length, to_rows};
 use congruent_pipeline::{Pair, PipelineConfig, Registration, Settings, Signs, VerdictKind};
+use congruent_report::{digits, pose_rows};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -269,7 +269,7 @@ impl Report {
             Some(rows) => {
                 let about = self.uncertainty.as_ref().map_or([0.0; 3], |known| known.about);
                 let reach = about.iter().fold(0.0, |reach: f64, v| reach.max(v.abs()));
-                for (i, row) in digits::pose(rows, self.resolution.raw, reach).into_iter().enumerate() {
+                for (i, row) in pose_rows(rows, self.resolution.raw, reach).into_iter().enumerate() {
                     line(if i == 0 { "target_from_source" } else { "" }, row);
                 }
             }

@@ -85,13 +85,19 @@ pub fn describe(surface: &Surface, points: &[u32], config: &PipelineConfig, reso
     config.descriptor.build(resolution).describe(surface, points)
 }
 
-/// Pairs rows of the source with rows of the target, best first.
+/// More correspondences are not worked on: the compatibility graph and the verdict compare all with all, which would take
+/// hours and gigabytes.
+pub const MOST_MATCHES: usize = 50_000;
+
+/// Pairs rows of the source with rows of the target, best first; the best [`MOST_MATCHES`] of them.
 ///
 /// # Panics
 /// When the two have rows of different length.
 #[must_use]
 pub fn match_features(features: &Pair<Features>, config: &PipelineConfig) -> Vec<Correspondence> {
-    config.matcher.build().matches(&features.source, &features.target)
+    let mut matches = config.matcher.build().matches(&features.source, &features.target);
+    matches.truncate(MOST_MATCHES);
+    matches
 }
 
 /// What poses are judged by: the matched points with their normals, and their frames where the estimator needs them.

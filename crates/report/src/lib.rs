@@ -7,6 +7,7 @@
 mod evaluation;
 mod experiment;
 mod figures;
+mod numbers;
 mod page;
 mod pair;
 mod palette;
@@ -16,6 +17,7 @@ mod scene;
 
 pub use evaluation::{evaluation_figures, evaluation_page};
 pub use experiment::{ExperimentReport, Figure, experiment_figures, experiment_page};
+pub use numbers::{decimals, digits, pose_rows};
 pub use page::{Block, Cell, Page, Table, Tone, escaped};
 pub use pair::{PairReport, comparison_page, pair_page};
 pub use palette::{SCANS, SOURCE, TARGET, scan_colour};

@@ -10,15 +10,14 @@ use congruent_geometry::{NeighborIndex, Point, RawScan, Surface, to_rows, uncent
 use congruent_io::{Place, read_matches, write_file};
 use congruent_matching::Correspondence;
 use congruent_metrics::Evidence;
-use congruent_pipeline::stages::{Prepared, estimate, evidence, evidence_near, prepare, test_against_chance};
+use congruent_pipeline::stages::{
+    MOST_MATCHES, Prepared, estimate, evidence, evidence_near, prepare, test_against_chance,
+};
 use congruent_pipeline::{Failure, Pair, PipelineConfig, VerdictKind};
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-
-/// The verdict and the compatibility graph compare all correspondences with all: more would take hours and gigabytes.
-const MOST_MATCHES: usize = 50_000;
 
 /// What `estimate --json` prints: the fields that `align --json` has under the same names.
 #[derive(Serialize)]

@@ -2,10 +2,10 @@
 
 use super::{Loaded, load};
 use crate::args::InspectArgs;
-use crate::digits::{decimals, digits};
 use crate::output;
 use anyhow::Result;
 use congruent_geometry::{NeighborIndex, resolution, without_strays};
+use congruent_report::{decimals, digits};
 use serde::Serialize;
 use std::process::ExitCode;
 

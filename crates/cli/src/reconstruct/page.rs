@@ -4,9 +4,8 @@ use super::Surfaces;
 use super::model::colour;
 use super::outcome::{Outcome, PairLine};
 use super::words::overview;
-use crate::digits::digits;
 use congruent_geometry::{RigidTransform, wide};
-use congruent_report::{Block, Cell, Layer, Lines, Page, Points, Scene, State, Table, Tone};
+use congruent_report::{Block, Cell, Layer, Lines, Page, Points, Scene, State, Table, Tone, digits};
 use nalgebra::{Point3, Vector3};
 
 /// Points of all scans of a view together.

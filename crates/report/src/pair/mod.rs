@@ -3,6 +3,7 @@
 mod errors;
 mod view;
 
+use crate::numbers::{digits, pose_rows};
 use crate::page::{Block, Page, Tone};
 use congruent_geometry::{RigidTransform, Scan, angle_between, to_rows};
 use congruent_pipeline::{Pair, PipelineConfig, Registration, Trace, Verdict, VerdictKind};
@@ -30,11 +31,12 @@ pub struct PairReport<'a> {
 /// The page of one pair: verdict, view, figures, pose, configuration.
 #[must_use]
 pub fn pair_page(report: &PairReport<'_>) -> Page {
+    let off = report.rmse_pr();
     let mut blocks = vec![
         report.verdict(),
-        Block::Views(vec![(report.caption(), report.scene())]),
+        Block::Views(vec![(report.caption(off), report.scene())]),
         Block::Section("In numbers".to_owned()),
-        Block::Facts(report.facts()),
+        Block::Facts(report.facts(off)),
         Block::Section("Pose".to_owned()),
     ];
     blocks.extend(report.pose());
@@ -46,11 +48,13 @@ pub fn pair_page(report: &PairReport<'_>) -> Page {
 /// has a name. The page has no views for no reports.
 #[must_use]
 pub fn comparison_page(reports: &[(String, PairReport<'_>)]) -> Page {
-    let views =
-        reports.iter().map(|(name, report)| (format!("{name}: {}", report.caption()), report.scene())).collect();
-    let mut blocks = vec![Block::Views(views)];
-    for (name, report) in reports {
-        blocks.extend([Block::Section(name.clone()), report.verdict(), Block::Facts(report.facts())]);
+    let off: Vec<Option<f64>> = reports.iter().map(|(_, report)| report.rmse_pr()).collect();
+    let view = |((name, report), off): (&(String, PairReport<'_>), &Option<f64>)| {
+        (format!("{name}: {}", report.caption(*off)), report.scene())
+    };
+    let mut blocks = vec![Block::Views(reports.iter().zip(&off).map(view).collect())];
+    for ((name, report), off) in reports.iter().zip(off) {
+        blocks.extend([Block::Section(name.clone()), report.verdict(), Block::Facts(report.facts(off))]);
         blocks.extend(report.pose());
     }
     let first = reports.first().map(|(_, report)| report);
@@ -87,18 +91,19 @@ impl PairReport<'_> {
         Block::Verdict(tone, kind.to_string(), format!("confidence {confidence:.3}. {}", capital(&sentence)))
     }
 
-    fn caption(&self) -> String {
+    /// `off` is the paper's RMSE, in `pr`, where it is known.
+    fn caption(&self, off: Option<f64>) -> String {
         let moved = match self.registration.target_from_source {
             Some(_) => "the source moved onto the target",
             None => "there is no pose; the scans as they came",
         };
-        match self.rmse_pr() {
+        match off {
             Some(rmse) => format!("{moved}; off by {rmse:.2} pr where the scans overlap"),
             None => moved.to_owned(),
         }
     }
 
-    fn facts(&self) -> Vec<(String, String)> {
+    fn facts(&self, off: Option<f64>) -> Vec<(String, String)> {
         let (r, counts) = (self.registration, &self.registration.counts);
         let two = |pair: Pair<usize>| format!("{} and {}", pair.source, pair.target);
         let mut facts = vec![
@@ -107,7 +112,7 @@ impl PairReport<'_> {
             ("Keypoints described".to_owned(), two(counts.described)),
             ("Correspondences".to_owned(), format!("{}, {} of them inliers", counts.correspondences, counts.inliers)),
             ("Poses looked at".to_owned(), format!("{} of {} proposed", counts.poses, counts.trials)),
-            ("Resolution (1 pr)".to_owned(), format!("{} data units", significant(r.raw_resolution))),
+            ("Resolution (1 pr)".to_owned(), format!("{} data units", digits(r.raw_resolution, 4))),
         ];
         if let Some(agreement) = &r.agreement {
             facts.push(("Overlap of the surfaces".to_owned(), format!("{:.0} %", 100.0 * agreement.overlap)));
@@ -117,7 +122,7 @@ impl PairReport<'_> {
             let against = 100.0 * (agreement.hover + agreement.occlusion);
             facts.push(("Points that contradict".to_owned(), format!("{against:.1} %")));
         }
-        if let (Some(rmse), Some(pose), Some(truth)) = (self.rmse_pr(), &r.target_from_source, self.truth) {
+        if let (Some(rmse), Some(pose), Some(truth)) = (off, &r.target_from_source, self.truth) {
             facts.push(("Off from the truth, where the scans overlap".to_owned(), format!("{rmse:.2} pr")));
             let angle = angle_between(pose, truth).to_degrees();
             facts.push(("Rotation off from the truth".to_owned(), format!("{angle:.2}°")));
@@ -131,7 +136,8 @@ impl PairReport<'_> {
         let Some(pose) = &self.registration.target_from_source else {
             return vec![Block::Text("There is none.".to_owned())];
         };
-        let rows: Vec<String> = to_rows(pose).iter().map(|row| row.map(|v| format!("{v:>16.6}")).join(" ")).collect();
+        let reach = self.registration.uncertainty.as_ref().map_or(0.0, |known| known.about.amax());
+        let rows = pose_rows(&to_rows(pose), self.registration.raw_resolution, reach);
         let mut what = "Maps source coordinates into the target's frame, as in the files.".to_owned();
         if self.registration.verdict != Verdict::Ok {
             what += " It is the best guess, and not to be relied on.";
@@ -143,15 +149,6 @@ impl PairReport<'_> {
 fn capital(sentence: &str) -> String {
     let mut letters = sentence.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
-}
-
-/// Four digits, however large or small.
-fn significant(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.to_string();
-    }
-    let digits = 3 - value.abs().log10().floor() as i32;
-    format!("{value:.*}", digits.clamp(0, 12) as usize)
 }
 
 #[cfg(test)]
@@ -190,10 +187,5 @@ mod tests {
         assert_eq!(names, ["as scanned", "true pose", "aligned"]);
         // Without a truth, only points with a target point within ten resolutions have a number.
         assert!(report(None).point_errors().iter().all(|e| e.is_nan() || *e <= 10.0));
-    }
-
-    #[test]
-    fn numbers_have_four_digits() {
-        assert_eq!([0.351_24, 1234.5, 0.0, 0.000_012_34].map(significant), ["0.3512", "1234", "0", "0.00001234"]);
     }
 }

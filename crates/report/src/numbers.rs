@@ -4,17 +4,21 @@
 const MOST: f64 = 15.0;
 
 /// Decimals that show a step of this size.
-pub(crate) fn decimals(step: f64) -> usize {
+#[must_use]
+pub fn decimals(step: f64) -> usize {
     if step > 0.0 && step.is_finite() { (-step.log10().floor()).clamp(0.0, MOST) as usize } else { 0 }
 }
 
 /// A length with so many digits that count; nothing is cut off before the point.
-pub(crate) fn digits(length: f64, n: u32) -> String {
+#[must_use]
+pub fn digits(length: f64, n: u32) -> String {
     format!("{length:.0$}", decimals(length.abs() / 10f64.powi(n as i32 - 1)))
 }
 
 /// The rows of a pose, as exactly as a cloud of this resolution tells it at places so far from zero: a thousandth of it.
-pub(crate) fn pose(rows: &[[f64; 4]; 4], resolution: f64, reach: f64) -> [String; 4] {
+/// Data units.
+#[must_use]
+pub fn pose_rows(rows: &[[f64; 4]; 4], resolution: f64, reach: f64) -> [String; 4] {
     let step = resolution / 1000.0;
     let reach = rows.iter().fold(reach, |reach, row| reach.max(row[3].abs())).max(1.0);
     let (turn, shift) = (decimals(step / reach).max(6), decimals(step).max(6));
@@ -38,10 +42,10 @@ mod tests {
     #[test]
     fn a_pose_is_as_exact_as_its_scans_far_from_zero_too() {
         let rows = [[0.8, -0.6, 0.0, 5_000_000.25], [0.6, 0.8, 0.0, -1.5], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
-        let shown = pose(&rows, 0.35, 10.0);
+        let shown = pose_rows(&rows, 0.35, 10.0);
         let first: Vec<&str> = shown[0].split_whitespace().collect();
         assert_eq!(first, ["0.80000000000", "-0.60000000000", "0.00000000000", "5000000.250000"]);
-        let near = pose(&[[1.0, 0.0, 0.0, 2.0]; 4], 0.35, 10.0);
+        let near = pose_rows(&[[1.0, 0.0, 0.0, 2.0]; 4], 0.35, 10.0);
         assert_eq!(near[0], "      1.000000       0.000000       0.000000       2.000000");
     }
 }
