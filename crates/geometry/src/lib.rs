@@ -14,6 +14,7 @@ pub mod random;
 mod reach;
 mod repeated;
 mod resolution;
+mod roughness;
 mod scan;
 mod spare;
 mod strays;
@@ -30,6 +31,7 @@ pub use neighbors::{
 pub use normals::{Neighborhood, Orientation, Oriented, OuterSum, PointNormal, SortedEigen};
 pub use normals::{estimate_normals, orient, sorted_eigen, vertex_normals};
 pub use resolution::{Resolution, resolution, resolution_at, resolution_sampled};
+pub use roughness::roughness;
 pub use scan::{Dropped, RawScan, Scan, ScanError};
 pub use spare::Spare;
 pub use strays::without_strays;

@@ -50,6 +50,14 @@ pub enum Failure {
         "few points of the scans fit in one way, more of them better in another; more overlap or a rough pose to start from may help"
     )]
     Contradicted,
+    /// What fits on few points does not on many.
+    #[error(
+        "few points of the scans fit, but many of them lie {times:.1} times as far apart as the surfaces are rough: the shapes are alike, not the same; if they should be, see whether one scan is mirrored (an axis exchanged, or the other way round)"
+    )]
+    OnlyAlike {
+        /// Mean distance of touching points over the mean roughness of the surfaces.
+        times: f64,
+    },
     /// The best pose is no better than chance.
     #[error(
         "the best pose has {inliers} inliers of {matches} correspondences, no more than chance explains ({expected:.1} expected, {log10_false_alarms:+.1} powers of ten false alarms); more overlap, more iterations or another preset may help"

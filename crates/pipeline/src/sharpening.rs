@@ -6,7 +6,9 @@ use crate::chain::{Answer, Chain};
 use crate::memory::SampledPair;
 use crate::ranking::{Ranked, Ranking};
 use crate::refining::drawn_in;
-use crate::{AContrarioConfig, Failure, RankingConfig, Stage};
+use crate::{AContrarioConfig, Failure, Pair, RankingConfig, Stage};
+use congruent_geometry::{Surface, roughness};
+use congruent_metrics::DenseAgreement;
 
 /// From this ratio of the resolutions on, points are few and many.
 const MUCH_FINER: f64 = 1.5;
@@ -14,6 +16,9 @@ const MUCH_FINER: f64 = 1.5;
 const FEWEST: usize = 500;
 /// How far a pose is looked around on many points at first, in `pr` of the few.
 const RADIUS: f64 = 2.0;
+/// Many points of one surface lie at most so many times as far apart as they are rough: 1.0 to 1.7 times for scans under noise
+/// and rooms, 2.2 to 9 times for scans and their images in a mirror.
+const FAR_APART: f64 = 2.5;
 
 impl Chain<'_, '_> {
     /// Whether there are points enough to look at few of them.
@@ -36,7 +41,7 @@ impl Chain<'_, '_> {
     ///
     /// # Errors
     /// No more correspondences agree than chance explains: a few points may fit by accident. Or the many points fit better in a
-    /// really different pose, which the few do not refute.
+    /// really different pose, which the few do not refute. Or they lie farther apart than they are rough: alike shapes.
     pub(crate) fn sharpened(&mut self, answer: Answer, on_few: &Ranked, few: &Ranking<'_>) -> Result<Answer, Failure> {
         let finest = self.memory.finest().filter(|(_, finest)| MUCH_FINER * finest.resolution < self.resolution);
         let Some((sampling, SampledPair { prepared, resolution, .. })) = finest.cloned() else { return Ok(answer) };
@@ -65,7 +70,18 @@ impl Chain<'_, '_> {
         if fits_worse && self.config.verdict.comes_close(other_on_few.score.value(), on_few.score.value()) {
             return Err(self.bounded(Failure::Contradicted));
         }
+        if let Some(times) = times_too_far_apart(&found.agreement, surfaces) {
+            return Err(self.bounded(Failure::OnlyAlike { times }));
+        }
         let uncertainty = if found.target_from_source == *rough { answer.uncertainty } else { refined.uncertainty };
         Ok(Answer { target_from_source: found.target_from_source, uncertainty, ..answer })
     }
+}
+
+/// How many times as far apart as they are rough surfaces lie where they touch, if that is too many. Nothing where more of them touch
+/// with normals that disagree: then their sides are mistaken, and what is left says nothing.
+fn times_too_far_apart(touch: &DenseAgreement, surfaces: &Pair<Surface>) -> Option<f64> {
+    let rough = surfaces.as_ref().into_map(roughness);
+    let times = touch.residual / (0.5 * (rough.source? + rough.target?));
+    (times > FAR_APART && touch.overlap > touch.disagreeing).then_some(times)
 }
