@@ -118,9 +118,18 @@ fn assign(table: &mut toml::Table, keys: &[&str], depth: usize, value: toml::Val
     assign(inner, keys, depth + 1, value)
 }
 
-/// Adds the nearest valid name to serde's message about an unknown one.
+/// What serde calls things, and what a user does.
+const WORDS: [(&str, &str); 4] = [
+    ("wanted exactly 1 element, more than 1 element", "two members of one family; keep one of their tables"),
+    ("expected u64", "expected a whole number, 0 or above"),
+    ("expected usize", "expected a whole number, 0 or above"),
+    ("expected f64", "expected a number"),
+];
+
+/// Adds the nearest valid name to serde's message about an unknown one, and says the rest in a user's words.
 fn with_suggestion(message: &str) -> String {
-    let message = message.trim();
+    let message = WORDS.iter().fold(message.trim().to_owned(), |said, (serde, user)| said.replace(serde, user));
+    let message = message.as_str();
     let mut names = message.split('`').skip(1).step_by(2);
     match names.next() {
         Some(unknown) if message.starts_with("unknown ") => {
@@ -132,6 +141,7 @@ fn with_suggestion(message: &str) -> String {
 }
 
 fn suggestion(unknown: &str, valid: &[&str]) -> String {
+    let unknown = &unknown.to_lowercase();
     let nearest = valid.iter().map(|name| (strsim::damerau_levenshtein(unknown, name), name)).min();
     match nearest {
         Some((distance, name)) if distance <= unknown.chars().count().div_ceil(2) => {
@@ -144,6 +154,19 @@ fn suggestion(unknown: &str, valid: &[&str]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_wrong_is_said_in_words_of_the_configuration() {
+        for (text, expected) in [
+            ("[metric.mse]\n[metric.mae]\n", "two members of one family"),
+            ("seed = -1\n", "a whole number, 0 or above"),
+            ("[pool]\nposes = 1.5\n", "a whole number, 0 or above"),
+            ("[metric.MSE]\n", "did you mean `mse`"),
+        ] {
+            let said = parse(text, "x.toml").unwrap_err().to_string();
+            assert!(said.contains(expected), "{said}");
+        }
+    }
 
     /// The tables of the members document, each a configuration of its own.
     fn members() -> Vec<String> {

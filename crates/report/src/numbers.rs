@@ -9,10 +9,16 @@ pub fn decimals(step: f64) -> usize {
     if step > 0.0 && step.is_finite() { (-step.log10().floor()).clamp(0.0, MOST) as usize } else { 0 }
 }
 
+/// Numbers with more decimals are written with a power of ten.
+const READABLE: usize = 9;
+
 /// A length with so many digits that count; nothing is cut off before the point.
 #[must_use]
 pub fn digits(length: f64, n: u32) -> String {
-    format!("{length:.0$}", decimals(length.abs() / 10f64.powi(n as i32 - 1)))
+    match decimals(length.abs() / 10f64.powi(n as i32 - 1)) {
+        shown @ ..=READABLE => format!("{length:.shown$}"),
+        _ => format!("{length:.0$e}", n as usize - 1),
+    }
 }
 
 /// The rows of a pose, as exactly as a cloud of this resolution tells it at places so far from zero: a thousandth of it.
@@ -36,7 +42,7 @@ mod tests {
     #[test]
     fn digits_that_count_are_shown() {
         let shown = [123.456, 1.0, 0.035_12, 6.02e-7, 1e-30, 0.0].map(|length| digits(length, 3));
-        assert_eq!(shown, ["123", "1.00", "0.0351", "0.000000602", "0.000000000000000", "0"]);
+        assert_eq!(shown, ["123", "1.00", "0.0351", "0.000000602", "1.00e-30", "0"]);
     }
 
     #[test]

@@ -94,8 +94,8 @@ pub(crate) enum Command {
     Experiment(ExperimentArgs),
     /// Measure how far the confidence can be trusted, and fit its coefficients
     ///
-    /// Registers the pairs of the data sets (as they came, moved, and those that are not listed because they share too
-    /// little), pairs of scans of different data sets, and simulated ones, among them shapes that leave the pose open. Writes
+    /// Registers the pairs of the data sets (as they came, moved, mirrored, and those that are not listed because they
+    /// share too little), pairs of scans of different data sets, and simulated ones, among them shapes that leave the pose open. Writes
     /// the coefficients for [verdict.dense.calibration], and cross-validated figures. A killed run resumes where it was.
     Calibrate(CalibrateArgs),
     /// Make a data set with exact truth

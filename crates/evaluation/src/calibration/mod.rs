@@ -1,7 +1,7 @@
 //! How far the confidence can be trusted, and the coefficients that make it so.
 //!
 //! Pairs with a known truth become rows, with what every attempt came to, so that a row says what the program would answer
-//! under any calibration; [`calibrated`] makes a [`Calibration`] of them, [`Validation`] says what such a calibration is
+//! under any calibration (but for the search for a more believable pose, which began where the rows were made); [`calibrated`] makes a [`Calibration`] of them, [`Validation`] says what such a calibration is
 //! worth on pairs that it has not seen.
 
 mod logistic;
@@ -103,7 +103,7 @@ impl AttemptRow {
 }
 
 impl CalibrationRow {
-    /// Attempt after attempt, until one is believed; else the most believed one: as the program does it.
+    /// Attempt after attempt, until one is believed; else the most believed one: as the program does it with these attempts.
     #[must_use]
     pub fn answer(&self, calibration: &Calibration, verdict: &DenseVerdictConfig) -> Answer {
         let verdict = &DenseVerdictConfig { calibration: calibration.clone(), ..verdict.clone() };
