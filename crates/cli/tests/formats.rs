@@ -110,6 +110,9 @@ fn convert_warns_of_what_is_lost_and_refuses_what_cannot_be() {
         }
         assert!(code != 0 || expected.len() > 1 || output.stderr.is_empty(), "{said}");
     };
+    let coloured = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nend_header\n1 2 3 255\n";
+    std::fs::write(at("coloured.ply"), coloured).unwrap();
+    check("coloured.ply", "grey.ply", 0, &["1 points", "warning:", "grey.ply: without red"]);
     check("scan.dat", "scan.ply", 0, &["scan.ply: PLY, 4 points, 1 faces, 0 normals"]);
     check("scan.ply", "scan.pcd", 0, &["PCD, 4 points, 0 faces", "warning:", "PCD does not hold faces"]);
     check("scan.ply", "scan.stl", 0, &["STL, 3 points, 1 faces", "1 points without a face", "double precision"]);

@@ -20,6 +20,8 @@ pub struct RawScan {
     pub triangles: Vec<[u32; 3]>,
     /// Where the scanner stood, file coordinates, where the file says so.
     pub viewpoint: Option<[f64; 3]>,
+    /// Names of what the file has for each point besides, as far as its format names it: colours, intensities. Not kept.
+    pub unread: Vec<String>,
 }
 
 /// What was left out when a scan was cleaned.
@@ -244,6 +246,7 @@ mod tests {
             ]),
             triangles: vec![[0, 2, 4], [3, 2, 4], [0, 3, 2], [0, 1, 2]],
             viewpoint: Some([1.0, 2.0, 9.0]),
+            ..RawScan::default()
         };
         let scan = Scan::new(&raw).unwrap();
         assert_eq!(scan.dropped(), Dropped { non_finite: 2, duplicates: 1, far: 0 });

@@ -41,6 +41,7 @@ pub(crate) fn read(file: Content) -> Result<RawScan, String> {
     let mut scan = RawScan {
         normals: columns.normal.map(|_| Vec::new()),
         viewpoint: viewpoint(&meta.viewpoint),
+        unread: columns.unread.clone(),
         ..RawScan::default()
     };
     file.rewind().map_err(refused)?;
@@ -98,6 +99,8 @@ fn check_size(meta: &PcdMeta, length: usize, sizes: &[u8]) -> Result<(), String>
 struct Columns {
     point: [usize; 3],
     normal: Option<[usize; 3]>,
+    /// Names of the others.
+    unread: Vec<String>,
 }
 
 impl Columns {
@@ -115,7 +118,9 @@ impl Columns {
             [Some(x), Some(y), Some(z)] => Some([x, y, z]),
             _ => None,
         };
-        Ok(Columns { point, normal })
+        let is_read = |at: &usize| point.contains(at) || normal.is_some_and(|normal| normal.contains(at));
+        let unread = (0..names.len()).filter(|at| !is_read(at)).map(|at| names[at].to_owned()).collect();
+        Ok(Columns { point, normal, unread })
     }
 }
 

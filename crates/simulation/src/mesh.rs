@@ -28,7 +28,7 @@ impl Mesh {
     /// The whole surface as if it had been read from a file, without normals.
     #[must_use]
     pub fn into_raw(self) -> RawScan {
-        RawScan { points: self.points, normals: None, triangles: self.triangles, viewpoint: None }
+        RawScan { points: self.points, triangles: self.triangles, ..RawScan::default() }
     }
 
     /// The same shape centred on the origin, its longest side as long as said; nothing for a mesh without extent or with

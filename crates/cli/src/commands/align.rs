@@ -207,7 +207,10 @@ pub(super) fn write_moved(path: &Path, raw: &RawScan, motion: &RigidTransform) -
     let turned = |n: &[f32; 3]| congruent_geometry::narrow(&(motion.rotation * congruent_geometry::wide(*n)));
     let normals: Option<Vec<_>> = raw.normals.as_ref().map(|normals| normals.iter().map(turned).collect());
     let viewpoint = raw.viewpoint.map(|at| (motion * nalgebra::Point3::from(at)).coords.into());
-    let written = write_scan(path, &RawScan { points, normals, triangles: raw.triangles.clone(), viewpoint })?;
-    warn_of_losses(path, &written);
+    let written = write_scan(
+        path,
+        &RawScan { points, normals, triangles: raw.triangles.clone(), viewpoint, ..RawScan::default() },
+    )?;
+    warn_of_losses(path, raw, &written);
     Ok(())
 }

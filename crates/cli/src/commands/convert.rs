@@ -3,6 +3,7 @@
 use crate::args::ConvertArgs;
 use crate::{output, outputs};
 use anyhow::Result;
+use congruent_geometry::RawScan;
 use congruent_io::Written;
 use std::path::Path;
 use std::process::ExitCode;
@@ -11,7 +12,7 @@ pub(super) fn run(args: &ConvertArgs) -> Result<ExitCode> {
     outputs::check(&[&args.from], &[&args.to])?;
     let scan = congruent_io::read_scan(&args.from)?;
     let written = congruent_io::write_scan(&args.to, &scan)?;
-    warn_of_losses(&args.to, &written);
+    warn_of_losses(&args.to, &scan, &written);
     let to = args.to.display();
     let (format, points) = (written.format, written.points);
     output::data(&format!(
@@ -22,7 +23,10 @@ pub(super) fn run(args: &ConvertArgs) -> Result<ExitCode> {
 }
 
 /// Says what of a scan its file does not hold.
-pub(super) fn warn_of_losses(path: &Path, written: &Written) {
+pub(super) fn warn_of_losses(path: &Path, scan: &RawScan, written: &Written) {
+    if !scan.unread.is_empty() {
+        output::remark(&format!("warning: {}: without {}", path.display(), scan.unread.join(", ")));
+    }
     for loss in &written.lost {
         output::remark(&format!("warning: {}: {} does not hold {loss}", path.display(), written.format));
     }

@@ -34,6 +34,9 @@ pub(super) trait Numbers {
 /// A vertex: coordinates, then the normal, as far as the file has them.
 pub(super) type Row = [f64; 6];
 
+/// Properties of a vertex that a scan keeps.
+const KEPT: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
+
 /// Why there is no next number.
 #[derive(Debug)]
 pub(super) enum Stop {
@@ -54,7 +57,9 @@ pub(super) fn read(header: &Header, numbers: &mut impl Numbers) -> Result<RawSca
     let vertices = header.elements.iter().find(|e| e.name == "vertex");
     let vertices =
         vertices.ok_or_else(|| PlyFault::NoVertices { found: list(header.elements.iter().map(|e| &e.name)) })?;
-    let mut scan = RawScan { viewpoint: header.viewpoint, ..RawScan::default() };
+    let unread = vertices.properties.iter().map(|property| &property.name);
+    let unread = unread.filter(|name| !KEPT.contains(&name.as_str())).cloned().collect();
+    let mut scan = RawScan { viewpoint: header.viewpoint, unread, ..RawScan::default() };
     for element in &header.elements {
         match element.name.as_str() {
             "vertex" => read_vertices(element, numbers, &mut scan)?,

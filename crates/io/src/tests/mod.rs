@@ -29,6 +29,7 @@ fn sheet() -> RawScan {
         normals: Some((0..30).map(|i: u8| [0.6, 0.8 * f32::from(i % 2), 0.8 * f32::from(1 - i % 2)]).collect()),
         triangles: cells.flat_map(|i: u32| [[i, i + 1, i + 7], [i, i + 7, i + 6]]).collect(),
         viewpoint: Some([1000.5, -1999.5, 50.25]),
+        unread: Vec::new(),
     }
 }
 

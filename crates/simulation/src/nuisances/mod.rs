@@ -67,6 +67,7 @@ pub fn moved(scan: &RawScan, motion: &RigidTransform) -> RawScan {
         normals: scan.normals.as_ref().map(turned),
         triangles: scan.triangles.clone(),
         viewpoint: scan.viewpoint.map(|v| (motion * Point3::from(v)).into()),
+        unread: scan.unread.clone(),
     }
 }
 
@@ -91,6 +92,7 @@ pub fn permuted(scan: &RawScan, seed: u64) -> RawScan {
         normals: scan.normals.as_ref().map(|n| order.iter().map(|&i| n[i as usize]).collect()),
         triangles: scan.triangles.iter().map(|t| t.map(|i| new_place[i as usize])).collect(),
         viewpoint: scan.viewpoint,
+        unread: scan.unread.clone(),
     }
 }
 
@@ -123,6 +125,7 @@ fn only(scan: &RawScan, keep: &[bool]) -> RawScan {
         normals: scan.normals.as_ref().map(|n| marked(n, keep)),
         triangles: scan.triangles.iter().filter_map(whole).collect(),
         viewpoint: scan.viewpoint,
+        unread: scan.unread.clone(),
     }
 }
 
@@ -141,7 +144,7 @@ pub(crate) mod tests {
         let points = (0..n).map(|_| [stream.between(0.0, 10.0), stream.between(0.0, 10.0), 1.0]).collect();
         let normals = Some((0..n).map(|i| [i as f32, 0.0, 0.0]).collect());
         let triangles = (2..n).map(|i| [i - 2, i - 1, i]).collect();
-        RawScan { points, normals, triangles, viewpoint: Some([5.0, 5.0, 30.0]) }
+        RawScan { points, normals, triangles, viewpoint: Some([5.0, 5.0, 30.0]), ..RawScan::default() }
     }
 
     /// Numbers of the points that are left, read from their normals; checks that points and triangles went along.
@@ -213,6 +216,7 @@ pub(crate) mod tests {
             normals: Some(vec![[1.0, 0.0, 0.0]]),
             triangles: vec![],
             viewpoint: Some([1.0, 0.0, 0.0]),
+            ..RawScan::default()
         };
         let quarter = RigidTransform::new(Vector3::new(0.0, 0.0, 5.0), Vector3::z() * std::f64::consts::FRAC_PI_2);
         let turned = moved(&scan, &quarter);

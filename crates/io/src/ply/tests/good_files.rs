@@ -190,7 +190,7 @@ fn written_files_come_back_bit_for_bit() {
         write_ply(&path, &points, normals.as_deref(), &triangles).unwrap();
         let header = String::from_utf8_lossy(&std::fs::read(&path).unwrap()).into_owned();
         assert_eq!(header.contains("property float x"), as_float);
-        assert_eq!(read_scan(&path).unwrap(), RawScan { points, normals, triangles, viewpoint: None });
+        assert_eq!(read_scan(&path).unwrap(), RawScan { points, normals, triangles, ..RawScan::default() });
     }
 }
 

@@ -134,5 +134,6 @@ fn busy_square_scan() -> RawScan {
         normals: None,
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         viewpoint: None,
+        unread: ["red", "scalar_Neighbours_(n)"].map(str::to_owned).to_vec(),
     }
 }
