@@ -85,3 +85,46 @@ fn times_too_far_apart(touch: &DenseAgreement, surfaces: &Pair<Surface>) -> Opti
     let times = touch.residual / (0.5 * (rough.source? + rough.target?));
     (times > FAR_APART && touch.overlap > touch.disagreeing).then_some(times)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use congruent_geometry::random::Stream;
+    use congruent_geometry::{NeighborIndex, Point};
+
+    /// Two sheets of 40 × 40 points under noise of 0.1.
+    fn sheets() -> Pair<Surface> {
+        let sheet = |seed: u64| {
+            let mut stream = Stream::new(seed, 0);
+            let points: Vec<Point> =
+                (0..1600u16).map(|i| [f32::from(i % 40), f32::from(i / 40), (0.1 * stream.normal()) as f32]).collect();
+            let index = NeighborIndex::new(&points);
+            Surface::new(points, vec![[0.0, 0.0, 1.0]; 1600], index, 1.0)
+        };
+        Pair { source: sheet(1), target: sheet(2) }
+    }
+
+    fn touch(residual: f64, overlap: f64, disagreeing: f64) -> DenseAgreement {
+        DenseAgreement {
+            soft_overlap: 0.5,
+            overlap,
+            residual,
+            hover: 0.0,
+            occlusion: 0.0,
+            disagreeing,
+            normal_angle: 0.1,
+        }
+    }
+
+    #[test]
+    fn surfaces_farther_apart_than_they_are_rough_are_only_alike() {
+        let both = sheets();
+        // They are rough by about 0.08.
+        assert_eq!(times_too_far_apart(&touch(0.1, 0.6, 0.0), &both), None);
+        let times = times_too_far_apart(&touch(0.4, 0.6, 0.0), &both).unwrap();
+        assert!((4.0..6.0).contains(&times), "{times}");
+        // Where sides are mistaken, and where nothing touches, there is nothing to go by.
+        assert_eq!(times_too_far_apart(&touch(0.4, 0.01, 0.4), &both), None);
+        assert_eq!(times_too_far_apart(&touch(f64::INFINITY, 0.0, 0.0), &both), None);
+    }
+}
