@@ -231,7 +231,7 @@ mod tests {
             ("seed = 1\n[metric.mse]\nthreshold = 7.5", ["my.toml:3:13", "7.5", "\"7.5pr\""]),
             ("[metric.mse]\nthreshold = \"7.5\"", ["my.toml:2:13", "'7.5'", "\"7.5pr\""]),
             ("[metric.mse]\nthreshold = \"-1pr\"", ["my.toml:2:13", "'-1pr'", "above zero"]),
-            ("[estimator.ransac]\niterations = \"many\"", ["my.toml:2:14", "many", "u64"]),
+            ("[estimator.ransac]\niterations = \"many\"", ["my.toml:2:14", "many", "whole number"]),
             ("[matcher.ratio]\nkeep = 1.5", ["my.toml:2:8", "1.5", "at most 1"]),
             ("[verdict.dense]\nmin-confidence = nan", ["my.toml:2:18", "NaN", "from 0 to 1"]),
             ("[verdict.a-contrario]\nmax-false-alarms = -1", ["my.toml:2:20", "-1", "above 0"]),
