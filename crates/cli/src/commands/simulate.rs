@@ -39,7 +39,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<ExitCode> {
     write_file(&args.directory.join(PAIRS), pairs_csv(&lines).as_bytes())?;
     write_file(&args.directory.join(DESCRIPTION), description(args).as_bytes())?;
     output::remark(&format!(
-        "Wrote {} pairs of {} scans into {}.\nNext: congruent evaluate {} -o results",
+        "Wrote {} pairs of {} scans into {}.\nNext: congruent evaluate {} -o evaluation",
         lines.len(),
         written.len(),
         args.directory.display(),
