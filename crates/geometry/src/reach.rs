@@ -1,7 +1,5 @@
 //! How far a scan reaches: beyond are places that stand for "nothing was measured".
 
-use std::cmp::Ordering;
-
 /// Points that are looked at.
 const SAMPLED: usize = 1000;
 /// Share of the points that are left aside at each end of each axis: of what is in between the width is taken.
@@ -39,12 +37,8 @@ impl Reach {
 fn inner(mut values: Vec<f64>) -> Option<(f64, f64)> {
     let last = values.len().checked_sub(1)?;
     let aside = (last as f64 * ENDS) as usize;
-    let mut at = |place: usize| *values.select_nth_unstable_by(place, compare).1;
+    let mut at = |place: usize| *values.select_nth_unstable_by(place, f64::total_cmp).1;
     Some((at(aside), at(last - aside)))
-}
-
-fn compare(a: &f64, b: &f64) -> Ordering {
-    a.total_cmp(b)
 }
 
 #[cfg(test)]

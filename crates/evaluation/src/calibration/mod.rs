@@ -44,7 +44,8 @@ pub enum Origin {
 pub struct CalibrationRow {
     /// Names the pair, unique.
     pub id: String,
-    /// What its scans belong to: an object, a scene. Rows that have a group in common are never on both sides of a validation.
+    /// What its scans belong to: an object, a scene; at least one. A row is judged by a model that knows no row of its first group;
+    /// of the object of the other scan, where that is another one, the model may know.
     pub groups: Vec<String>,
     /// Where the pair comes from.
     pub origin: Origin,

@@ -17,7 +17,7 @@ const BINS: usize = 10;
 /// A calibration and what it does on pairs that it has not seen.
 pub struct Validation<'a> {
     rows: &'a [CalibrationRow],
-    /// To each row, by a model that knows no row of its group.
+    /// To each row, by a model that knows no row of its first group.
     unseen: Vec<Answer>,
     /// Made from all rows.
     pub calibration: Calibration,
