@@ -1,16 +1,13 @@
 //! What a user knows of a pose, from arguments and files.
 
 use crate::args::{LevelArgs, PriorArgs};
-use anyhow::{Context, Result, bail};
-use congruent_geometry::{RigidTransform, from_rows};
-use congruent_io::read_pose;
+use anyhow::{Context, Result, anyhow, bail};
+use congruent_geometry::RigidTransform;
+use congruent_io::{Motion, read_pose};
 use congruent_pipeline::{Guess, MAX_TILT, Prior, tilt};
 use nalgebra::{Unit, Vector3};
 use serde::Deserialize;
 use std::path::Path;
-
-/// How far a matrix may be from a rigid motion (Frobenius norm), as for poses in text files.
-const TOLERANCE: f64 = 1e-3;
 
 /// The part of a result that says where the source goes.
 #[derive(Deserialize)]
@@ -64,10 +61,9 @@ pub(crate) fn pose(path: &Path) -> Result<RigidTransform> {
     let Some(rows) = result.target_from_source else {
         bail!("{}: holds no target_from_source; name a result with a pose", path.display());
     };
-    let pose = (rows[3] == [0.0, 0.0, 0.0, 1.0]).then(|| from_rows(&rows, TOLERANCE)).flatten();
-    pose.with_context(|| {
-        format!("{}: target_from_source is no rigid motion; remove scale, shear and mirroring", path.display())
-    })
+    let motion = Motion::nearest(&rows, Motion::WARN_ABOVE)
+        .map_err(|fault| anyhow!("{}: target_from_source: {fault}", name()))?;
+    Ok(motion.pose)
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use crate::{Graph, HypothesisGenerator};
 use congruent_geometry::{RigidTransform, fit_weighted};
 use congruent_metrics::Evidence;
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// Fewer correspondences have no pose.
 const MIN_SIZE: usize = 3;
@@ -20,7 +21,7 @@ const ROOTS: usize = 512;
 
 /// Proposes one pose for each of a fixed list of cliques, the heaviest first.
 pub struct Cliques<'a> {
-    evidence: &'a Evidence,
+    evidence: Cow<'a, Evidence>,
     cliques: Vec<Clique>,
 }
 
@@ -34,7 +35,7 @@ struct Clique {
 impl<'a> Cliques<'a> {
     /// Searches the graph, which is one of `evidence`; from each node `branches` branches are followed to their end.
     #[must_use]
-    pub fn new(evidence: &'a Evidence, graph: &Graph, branches: usize) -> Self {
+    pub fn new(evidence: Cow<'a, Evidence>, graph: &Graph, branches: usize) -> Self {
         Cliques { evidence, cliques: heaviest(graph, branches) }
     }
 }
@@ -168,7 +169,7 @@ mod tests {
     fn two_right_in_a_hundred_are_enough() {
         for seed in 0..5 {
             let (evidence, truth) = scene(1000, 20, seed);
-            let cliques = Cliques::new(&evidence, &Graph::new(&evidence, &RULE), BRANCHES);
+            let cliques = Cliques::new(Cow::Borrowed(&evidence), &Graph::new(&evidence, &RULE), BRANCHES);
             let best = sample(&cliques, &Summed(Mse::new(7.5)), &evidence, 1);
             assert!(angle_between(&best[0].target_from_source, &truth) < 0.01, "seed {seed}");
         }
@@ -216,7 +217,7 @@ mod tests {
     #[test]
     fn nothing_proposes_nothing() {
         let none = Evidence::default();
-        let cliques = Cliques::new(&none, &Graph::new(&none, &RULE), BRANCHES);
+        let cliques = Cliques::new(Cow::Borrowed(&none), &Graph::new(&none, &RULE), BRANCHES);
         assert!(cliques.trials() == 0 && cliques.propose(0).is_none());
     }
 }

@@ -35,6 +35,7 @@ pub enum EstimatorConfig {
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct RansacConfig {
     /// Trials; the paper sweeps 200 to 2000.
+    #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub iterations: u64,
     /// Corresponding edges of a sample are at least this similar, shorter over longer (usually 0.9).
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -66,6 +67,7 @@ pub struct AdaptiveStopConfig {
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct TwoPointConfig {
     /// Trials; rejected samples do not count.
+    #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub iterations: u64,
     /// The distance between the two points may differ by this much between the scans.
     pub length_tolerance: Length,
@@ -92,6 +94,7 @@ pub enum AngleTest {
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct OnePointConfig {
     /// Trials at most; with no fewer than correspondences, each is tried once.
+    #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub iterations: u64,
 }
 
@@ -100,6 +103,7 @@ pub struct OnePointConfig {
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct SacIaConfig {
     /// Trials.
+    #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub iterations: u64,
     /// The points of a sample are at least this far apart in the source; halved where that cannot be had.
     pub min_distance: Length,

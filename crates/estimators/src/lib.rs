@@ -29,6 +29,7 @@ mod pruning;
 mod sac_ia;
 mod sampling;
 mod seeds;
+mod thinning;
 mod three_point;
 mod two_point;
 

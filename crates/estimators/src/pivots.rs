@@ -10,6 +10,7 @@ use congruent_geometry::{RigidTransform, Spare, fit_three};
 use congruent_metrics::Evidence;
 use multiversion::multiversion;
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// Edges of a node that are considered.
 const EDGES_PER_NODE: usize = 40;
@@ -21,7 +22,7 @@ const PIVOTS_AT_A_TIME: usize = 64;
 
 /// Proposes one pose for each of a fixed list of triangles.
 pub struct Pivots<'a> {
-    evidence: &'a Evidence,
+    evidence: Cow<'a, Evidence>,
     triangles: Vec<[u32; 3]>,
 }
 
@@ -43,7 +44,7 @@ impl Edge {
 impl<'a> Pivots<'a> {
     /// Finds at most `limit` pivots in the graph, which is one of `evidence`.
     #[must_use]
-    pub fn new(evidence: &'a Evidence, graph: &Graph, limit: usize) -> Self {
+    pub fn new(evidence: Cow<'a, Evidence>, graph: &Graph, limit: usize) -> Self {
         let commons = Commons::new(graph);
         let pivots = pivots(graph.len(), &commons, limit);
         Pivots { evidence, triangles: triangles(&commons, &pivots) }
@@ -155,7 +156,7 @@ mod tests {
     fn two_right_in_a_hundred_are_enough() {
         for seed in 0..5 {
             let (evidence, truth) = scene(1000, 20, seed);
-            let pivots = Pivots::new(&evidence, &Graph::new(&evidence, &RULE), 1000);
+            let pivots = Pivots::new(Cow::Borrowed(&evidence), &Graph::new(&evidence, &RULE), 1000);
             let best = sample(&pivots, &Summed(Mse::new(7.5)), &evidence, 1);
             assert!(angle_between(&best[0].target_from_source, &truth) < 0.01, "seed {seed}");
         }
@@ -164,9 +165,9 @@ mod tests {
     #[test]
     fn the_limit_holds_and_nothing_proposes_nothing() {
         let (evidence, _) = scene(300, 40, 9);
-        assert!(Pivots::new(&evidence, &Graph::new(&evidence, &RULE), 50).trials() <= 100);
+        assert!(Pivots::new(Cow::Borrowed(&evidence), &Graph::new(&evidence, &RULE), 50).trials() <= 100);
         let none = Evidence::default();
-        let pivots = Pivots::new(&none, &Graph::new(&none, &RULE), 50);
+        let pivots = Pivots::new(Cow::Borrowed(&none), &Graph::new(&none, &RULE), 50);
         assert!(pivots.trials() == 0 && pivots.propose(0).is_none());
     }
 }

@@ -9,6 +9,7 @@ use crate::{Graph, HypothesisGenerator};
 use congruent_geometry::{RigidTransform, fit_weighted};
 use congruent_metrics::Evidence;
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// Power iterations; the value of the authors' code.
 const POWER_ITERATIONS: usize = 10;
@@ -32,7 +33,7 @@ pub struct SeedRule {
 
 /// Proposes one pose a seed.
 pub struct Seeds<'a> {
-    evidence: &'a Evidence,
+    evidence: Cow<'a, Evidence>,
     graph: Graph,
     tight: Graph,
     seeds: Vec<usize>,
@@ -42,9 +43,9 @@ pub struct Seeds<'a> {
 impl<'a> Seeds<'a> {
     /// Chooses the seeds in the graph, which is one of `evidence`.
     #[must_use]
-    pub fn new(evidence: &'a Evidence, graph: Graph, rule: SeedRule) -> Self {
-        let tight = graph.filtered(|i, j| difference(evidence, i, j) <= TIGHT * rule.tolerance);
-        let seeds = seeds(evidence, &reliability(evidence, &graph, rule.tolerance), &rule);
+    pub fn new(evidence: Cow<'a, Evidence>, graph: Graph, rule: SeedRule) -> Self {
+        let tight = graph.filtered(|i, j| difference(&evidence, i, j) <= TIGHT * rule.tolerance);
+        let seeds = seeds(&evidence, &reliability(&evidence, &graph, rule.tolerance), &rule);
         Seeds { evidence, graph, tight, seeds, rule }
     }
 
@@ -63,7 +64,7 @@ impl<'a> Seeds<'a> {
     }
 
     fn fitted(&self, group: &[usize]) -> Option<RigidTransform> {
-        let weight = |i: usize, j: usize| if i == j { 0.0 } else { weight(self.evidence, i, j, self.rule.tolerance) };
+        let weight = |i: usize, j: usize| if i == j { 0.0 } else { weight(&self.evidence, i, j, self.rule.tolerance) };
         let times = |v: &[f64]| -> Vec<f64> {
             group.iter().map(|&i| group.iter().zip(v).map(|(&j, v)| weight(i, j) * v).sum()).collect()
         };
@@ -152,7 +153,7 @@ mod tests {
     const SEEDS: SeedRule = SeedRule { tolerance: 4.0, separation: 4.0, share: 0.2, gathered: 30, kept: 20 };
 
     fn generator(evidence: &Evidence, rule: SeedRule) -> Seeds<'_> {
-        Seeds::new(evidence, Graph::new(evidence, &RULE), rule)
+        Seeds::new(Cow::Borrowed(evidence), Graph::new(evidence, &RULE), rule)
     }
 
     #[test]

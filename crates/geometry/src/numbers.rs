@@ -50,6 +50,16 @@ pub fn finite<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     checked(from, f64::is_finite, "is not a finite number")
 }
 
+/// A count of `MIN` or more.
+///
+/// # Errors
+/// A smaller one, or a number that is no count.
+pub fn at_least<'de, const MIN: u64, T: TryFrom<u64>, D: Deserializer<'de>>(from: D) -> Result<T, D::Error> {
+    let count = u64::deserialize(from)?;
+    let fits = T::try_from(count).ok().filter(|_| count >= MIN);
+    fits.ok_or_else(|| D::Error::custom(format!("{count} is out of range: write a whole number, {MIN} or more")))
+}
+
 /// Three [`finite`] numbers.
 ///
 /// # Errors

@@ -35,9 +35,11 @@ pub(crate) fn read(mut file: Content) -> Result<RawScan, String> {
         let points = reader.pointcloud_simple(cloud).map_err(|error| way_out(&place, &error))?;
         for point in points {
             let point = point.map_err(|error| way_out(&place, &error))?;
-            if let CartesianCoordinate::Valid { x, y, z } = point.cartesian {
-                scan.points.push([x, y, z]);
-            }
+            scan.points.push(match point.cartesian {
+                CartesianCoordinate::Valid { x, y, z } => [x, y, z],
+                // Counted with those that are not finite.
+                _ => [f64::NAN; 3],
+            });
         }
     }
     scan.viewpoint = match clouds.as_slice() {

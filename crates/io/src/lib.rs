@@ -12,6 +12,7 @@ mod e57;
 mod error;
 mod format;
 mod las;
+mod motion;
 mod npy;
 mod obj;
 mod off;
@@ -35,6 +36,7 @@ pub use dataset::{
     About, Dataset, DatasetFault, PairLine, PairsAbout, TruePair, TruthAbout, TruthFormat, pairs_csv, read_dataset,
 };
 pub use error::IoError;
+pub use motion::{Motion, MotionFault};
 pub use npy::{Matrix, NpyFault, read_npy, write_npy};
 pub use ply::{PlyFault, write_coloured_ply, write_ply};
 pub use pose::{PoseFault, read_pose, write_pose};

@@ -2,12 +2,9 @@
 
 use crate::error::excerpt;
 use crate::read::bytes_of;
-use crate::{IoError, write_file};
-use congruent_geometry::{RigidTransform, from_rows, to_rows};
+use crate::{IoError, Motion, MotionFault, write_file};
+use congruent_geometry::{RigidTransform, to_rows};
 use std::path::Path;
-
-/// How far a matrix may be from a rigid motion (Frobenius norm): what six printed digits can lose, with room.
-const TOLERANCE: f64 = 1e-3;
 
 /// Why a text is no pose. Lines count from one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -26,17 +23,9 @@ pub enum PoseFault {
         /// How many there are.
         found: usize,
     },
-    /// The last row is not `0 0 0 1`.
-    #[error(
-        "the last row is {row:?} instead of 0 0 0 1; write the matrix row by row, the translation in the last column"
-    )]
-    LastRow {
-        /// The last row.
-        row: [f64; 4],
-    },
-    /// The upper left 3×3 part scales, shears or mirrors, or a number is not finite.
-    #[error("the upper left 3x3 part is farther than {TOLERANCE} from a rotation; remove scale, shear and mirroring")]
-    NotRigid,
+    /// The matrix is no rigid motion.
+    #[error(transparent)]
+    Matrix(#[from] MotionFault),
 }
 
 /// Writes a pose as four lines of four numbers. Every digit is kept; see [`write_file`] for how the file is replaced.
@@ -78,11 +67,7 @@ fn parse(text: &str) -> Result<RigidTransform, PoseFault> {
     let found = numbers.len();
     let sixteen: [f64; 16] = numbers.try_into().map_err(|_| PoseFault::Count { found })?;
     let rows: [[f64; 4]; 4] = std::array::from_fn(|row| std::array::from_fn(|column| sixteen[4 * row + column]));
-    let row = rows[3];
-    if !row.iter().zip([0.0, 0.0, 0.0, 1.0]).all(|(v, expected)| (v - expected).abs() <= TOLERANCE) {
-        return Err(PoseFault::LastRow { row });
-    }
-    from_rows(&rows, TOLERANCE).ok_or(PoseFault::NotRigid)
+    Ok(Motion::nearest(&rows, Motion::WARN_ABOVE)?.pose)
 }
 
 #[cfg(test)]

@@ -36,6 +36,7 @@ pub struct RatioConfig {
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct MutualConfig {
     /// At most this many matches.
+    #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub limit: usize,
 }
 
@@ -44,6 +45,7 @@ pub struct MutualConfig {
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct TopKConfig {
     /// Candidates for each keypoint.
+    #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub k: usize,
 }
 

@@ -6,6 +6,8 @@ use congruent_descriptors::Features;
 
 /// Up to so many dimensions rows that are alike are found by boxes around them; with more, boxes leave nothing out.
 const MAX_BOXED: usize = 64;
+/// Products of larger values than this may overflow.
+const MODERATE: f32 = 1e15;
 
 /// A row of the table and its distance to the query.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +29,9 @@ pub fn nearest_k(queries: &Features, table: &Features, k: usize) -> Vec<Vec<Cand
     if k == 0 || table.is_empty() || queries.dim == 0 {
         return vec![Vec::new(); queries.len()];
     }
-    if queries.dim <= MAX_BOXED {
+    let k = k.min(table.len());
+    let are_moderate = |features: &Features| features.rows.iter().all(|v| v.abs() <= MODERATE);
+    if queries.dim <= MAX_BOXED || !are_moderate(queries) || !are_moderate(table) {
         let (blocks, leaves) = rayon::join(|| Leaves::new(queries), || Leaves::new(table));
         return leaves.nearest_k(&blocks, k);
     }
@@ -54,6 +58,18 @@ mod tests {
                 all.iter().take(k).map(|c| c.1).collect()
             })
             .collect()
+    }
+
+    #[test]
+    fn any_size_of_values_and_any_count_will_do() {
+        let (mut queries, mut table) = (random_features(30, 100, 1), random_features(40, 100, 2));
+        let expected = nearest_k(&queries, &table, 2);
+        assert_eq!(nearest_k(&queries, &table, usize::MAX)[0].len(), 40);
+        for features in [&mut queries, &mut table] {
+            features.rows.iter_mut().for_each(|v| *v *= 1e20);
+        }
+        let rows = |found: &[Vec<Candidate>]| found.iter().flatten().map(|c| c.row).collect::<Vec<_>>();
+        assert_eq!(rows(&nearest_k(&queries, &table, 2)), rows(&expected));
     }
 
     #[test]

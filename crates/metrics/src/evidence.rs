@@ -72,6 +72,23 @@ impl Evidence {
         self.frames.get(i).copied().flatten()
     }
 
+    /// Some of the pairs, in the order given.
+    ///
+    /// # Panics
+    /// Where there is no such pair.
+    #[must_use]
+    pub fn chosen(&self, pairs: &[usize]) -> Evidence {
+        let at = |of: &[Vec<f32>; 3], i: usize| of.each_ref().map(|axis| axis[i]);
+        let mut chosen = Evidence::new(pairs.iter().map(|&i| (at(&self.source, i), at(&self.target, i))));
+        if !self.normals.is_empty() {
+            chosen.normals = pairs.iter().map(|&i| self.normals[i]).collect();
+        }
+        if !self.frames.is_empty() {
+            chosen.frames = pairs.iter().map(|&i| self.frames[i]).collect();
+        }
+        chosen
+    }
+
     /// How many pairs there are.
     #[must_use]
     pub fn len(&self) -> usize {

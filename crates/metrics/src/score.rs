@@ -13,7 +13,8 @@ impl Score {
     /// A score; a value that is not a number becomes the worst.
     #[must_use]
     pub fn new(value: f64) -> Score {
-        if value.is_nan() { Score::WORST } else { Score(value) }
+        // Of the two zeros only the positive one: those that compare as equal are equal.
+        if value.is_nan() { Score::WORST } else { Score(value + 0.0) }
     }
 
     /// The number.

@@ -8,14 +8,14 @@
 
 use crate::chain::{Chain, Proposals};
 use crate::memory::{Memory, SampledPair};
-use crate::preparation::sample;
+use crate::preparation::{has_normals, sample};
 use crate::prepared::PreparedPair;
 use crate::prior::Bounds;
 use crate::register::{Attempt, escalated};
 use crate::stage::Clock;
 use crate::{
-    BudgetConfig, Counts, Failure, Pair, PipelineConfig, Prior, Registration, SamplingConfig, Settings, Signs, Stage,
-    Trace,
+    BudgetConfig, Counts, Failure, NormalSource, Pair, PipelineConfig, Prior, Registration, SamplingConfig, Settings,
+    Signs, Stage, Trace,
 };
 use crate::{VoxelGridConfig, stages};
 use congruent_descriptors::{DescriptorConfig, Features};
@@ -42,6 +42,8 @@ pub struct ScanSummary {
     raw_resolution: f64,
     /// After sampling, for each budget of the configuration, were the scan alone.
     resolutions: Vec<f64>,
+    /// Whether it has normals of its own.
+    has_normals: bool,
 }
 
 /// In which form a pair needs a scan.
@@ -60,6 +62,8 @@ pub struct DescribedScan {
     /// Points as they came.
     points: usize,
     origin: Vector3<f64>,
+    /// Longest side of the bounding box, data units.
+    extent: f64,
     described: Result<Described, Failure>,
 }
 
@@ -78,7 +82,12 @@ impl ScanSummary {
     /// # Errors
     /// The grid leaves too few points of it.
     pub fn new(scan: &Scan, config: &PipelineConfig) -> Result<ScanSummary, Failure> {
-        let mut summary = ScanSummary { points: scan.points().len(), raw_resolution: 0.0, resolutions: Vec::new() };
+        let mut summary = ScanSummary {
+            points: scan.points().len(),
+            raw_resolution: 0.0,
+            resolutions: Vec::new(),
+            has_normals: has_normals(scan),
+        };
         for sampling in samplings(config) {
             let sampled = sample(&[scan], &sampling, config.normals.source)?;
             summary.raw_resolution = sampled.raw_resolution;
@@ -93,12 +102,16 @@ impl Collection {
     #[must_use]
     pub fn new(scans: &[ScanSummary], config: &PipelineConfig) -> Option<Collection> {
         let budgets = samplings(config).len();
+        let mut config = config.clone();
+        if !scans.iter().all(|scan| scan.has_normals) {
+            config.normals.source = NormalSource::Estimated;
+        }
         Some(Collection {
-            config: config.clone(),
             raw_resolution: median(scans.iter().map(|scan| scan.raw_resolution))?,
             resolutions: (0..budgets)
                 .map(|budget| median(scans.iter().map(|scan| scan.resolutions[budget])))
                 .collect::<Option<_>>()?,
+            config,
         })
     }
 
@@ -118,7 +131,7 @@ impl Collection {
     #[must_use]
     pub fn describe(&self, scan: &Scan, variant: Variant) -> DescribedScan {
         let described = self.described(scan, variant);
-        DescribedScan { points: scan.points().len(), origin: *scan.origin(), described }
+        DescribedScan { points: scan.points().len(), origin: *scan.origin(), extent: scan.extent().max(), described }
     }
 
     fn described(&self, scan: &Scan, variant: Variant) -> Result<Described, Failure> {
@@ -225,6 +238,7 @@ impl Collection {
             trace.features = both.map(|scan| scan.features.clone());
             chain.answered(&prepared, &mut trace)
         });
+        let outcome = outcome.map_err(|failure| failure.explained(scans.map(|scan| scan.extent)));
         let counts = chain.counts;
         // Nobody looks at the trace of a pair among many.
         let settings = Settings { config: config.clone(), signs };
@@ -327,7 +341,9 @@ fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Verdict, register};
+    use crate::{DenseVerdictConfig, Verdict, VerdictConfig, register};
+    use congruent_geometry::{RigidTransform, mean_displacement};
+    use congruent_simulation::nuisances::{moved, scaled};
     use congruent_simulation::pair::{PairOptions, figurine_pair};
     use std::convert::Infallible;
 
@@ -347,20 +363,49 @@ mod tests {
         assert_eq!(samplings(&none), [SamplingConfig::None {}]);
     }
 
-    /// Two copies of one scan have the lengths of each, so nothing is different from an ordinary pair.
+    fn registered(scans: &Pair<Scan>, config: &PipelineConfig) -> Registration {
+        let summaries: Vec<ScanSummary> =
+            [&scans.source, &scans.target].map(|scan| ScanSummary::new(scan, config).unwrap()).to_vec();
+        let collection = Collection::new(&summaries, config).unwrap();
+        let source = |variant| Ok::<_, Infallible>(Arc::new(collection.describe(&scans.source, variant)));
+        let target = |variant| Ok::<_, Infallible>(Arc::new(collection.describe(&scans.target, variant)));
+        let Ok(found) =
+            collection.register(Pair { source: &source, target: &target }, config.seed, &Prior::default(), &|_| {});
+        found
+    }
+
+    /// A scan and a moved copy have nearly the same lengths, so hardly anything is different from an ordinary pair; and the same
+    /// where nothing is believed, so that every attempt is made.
     #[test]
     fn scans_of_equal_lengths_register_as_a_pair_does() {
         let pair = figurine_pair(&PairOptions { pixels: 120, ..PairOptions::default() });
-        let scans = Pair { source: Scan::new(&pair.source).unwrap(), target: Scan::new(&pair.source).unwrap() };
-        let config = PipelineConfig { seed: 5, ..PipelineConfig::default() };
-        let summaries: Vec<ScanSummary> =
-            [&scans.source, &scans.target].map(|scan| ScanSummary::new(scan, &config).unwrap()).to_vec();
-        let collection = Collection::new(&summaries, &config).unwrap();
-        let source = |variant| Ok::<_, Infallible>(Arc::new(collection.describe(&scans.source, variant)));
-        let target = |variant| Ok::<_, Infallible>(Arc::new(collection.describe(&scans.target, variant)));
-        let Ok(one) = collection.register(Pair { source: &source, target: &target }, 5, &Prior::default(), &|_| {});
-        let other = register(&scans.source, &scans.target, &config, &|_| {});
-        assert_eq!(one.verdict, Verdict::Ok);
-        assert_eq!((one.target_from_source, one.counts), (other.target_from_source, other.counts));
+        let motion = RigidTransform::new(Vector3::new(300.0, -20.0, 7.0), Vector3::new(0.4, -1.0, 2.0));
+        let copy = moved(&pair.source, &motion);
+        let scans = Pair { source: Scan::new(&pair.source).unwrap(), target: Scan::new(&copy).unwrap() };
+        let believed = PipelineConfig { seed: 5, ..PipelineConfig::default() };
+        let VerdictConfig::Dense(verdict) = &believed.verdict else { panic!("the default looks at the surfaces") };
+        let doubtful = PipelineConfig {
+            verdict: VerdictConfig::Dense(DenseVerdictConfig { min_stiffness: 1e9, ..verdict.clone() }),
+            ..believed.clone()
+        };
+        for (config, expected) in [(believed, true), (doubtful, false)] {
+            let one = registered(&scans, &config);
+            let other = register(&scans.source, &scans.target, &config, &|_| {});
+            assert_eq!((one.verdict == Verdict::Ok, other.verdict == Verdict::Ok), (expected, expected));
+            for found in [&one, &other] {
+                let off = mean_displacement(scans.source.points(), &found.target_from_source.unwrap(), &motion);
+                assert!(off < 0.5 * found.resolution, "{off}");
+            }
+            assert_eq!(one.settings.config.descriptor, other.settings.config.descriptor);
+        }
+    }
+
+    #[test]
+    fn metres_and_millimetres_are_told_apart_among_many_too() {
+        let pair = figurine_pair(&PairOptions { pixels: 120, ..PairOptions::default() });
+        let small = scaled(&pair.source, 1e-3);
+        let scans = Pair { source: Scan::new(&small).unwrap(), target: Scan::new(&pair.target).unwrap() };
+        let found = registered(&scans, &PipelineConfig::default());
+        assert!(matches!(found.verdict, Verdict::Failed(Failure::OtherUnits { .. })), "{:?}", found.verdict);
     }
 }

@@ -47,12 +47,12 @@ pub enum Failure {
     NoHypothesis,
     /// What was found on few points is not what more of them show.
     #[error(
-        "few points of the scans fit in one way, more of them better in another; more overlap or a rough pose to start from may help"
+        "a pose found on a coarse sample is contradicted by the full scans, which fit better in another pose; more overlap or a rough pose to start from may help"
     )]
     Contradicted,
     /// What fits on few points does not on many.
     #[error(
-        "few points of the scans fit, but many of them lie {times:.1} times as far apart as the surfaces are rough: the shapes are alike, not the same; if they should be, see whether one scan is mirrored (an axis exchanged, or the other way round)"
+        "coarse samples of the scans fit, but the full scans lie {times:.1} times as far apart as the surfaces are rough: the shapes are alike, not the same; if they should be the same, check whether one scan is mirrored (two axes swapped, or one reversed)"
     )]
     OnlyAlike {
         /// Mean distance of touching points over the mean roughness of the surfaces.
@@ -82,7 +82,7 @@ pub enum Failure {
     },
     /// The surfaces do not lie on each other well enough.
     #[error(
-        "the best pose found is believed to {:.0} %, {:.0} % is needed: the scans overlap by {:.0} %, {residual:.2} pr apart where they do, {:.1} % of the points contradict, {inliers} correspondences agree; more overlap, a viewpoint or a rough pose to start from may help",
+        "the best pose found has a confidence of {:.0} %; {:.0} % is needed: the scans overlap by {:.0} %, {residual:.2} pr apart where they do, {:.1} % of the points contradict, {inliers} correspondences agree; more overlap, a viewpoint or a rough pose to start from may help",
         100.0 * .confidence, 100.0 * .needed, 100.0 * .overlap, 100.0 * .contradictions
     )]
     PoorFit {

@@ -108,8 +108,8 @@ impl Chain<'_, '_> {
             let is_rival = |other: &&Ranked| {
                 self.proposals == Proposals::Searched && config.verdict.comes_close(other.score.value(), best)
             };
-            judgement.rivals = chosen.others.iter().filter(is_rival).copied().collect();
             if judgement.doubt.is_none() {
+                judgement.rivals = chosen.others.iter().filter(is_rival).copied().collect();
                 self.compare(&mut judgement, answer, prepared, evidence, ranking);
             }
         }

@@ -33,6 +33,7 @@ pub use config::{
 };
 pub use failure::Failure;
 pub use pair::Pair;
+pub use preparation::count_strays;
 pub use prior::{Guess, MAX_TILT, Prior, tilt};
 pub use refine::refine;
 pub use register::{Tried, register, register_traced, register_tried};

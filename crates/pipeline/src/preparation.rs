@@ -60,10 +60,7 @@ pub(crate) fn sample(scans: &[&Scan], config: &SamplingConfig, normals: NormalSo
         scans.iter().zip(&measured).map(|(scan, left)| scan.points().len() - left.scan.points().len()).collect();
     let raw_resolution = mean(&measured.iter().map(|measured| measured.resolution).collect::<Vec<_>>());
     let scans = &measured.iter().map(|measured| measured.scan.as_ref()).collect::<Vec<&Scan>>();
-    let given = each(scans, |scan| match normals {
-        NormalSource::Estimated => None,
-        NormalSource::Given => given_normals(scan),
-    });
+    let given = given_by_all(scans, normals);
     let with_normals: Vec<(&Scan, Option<Vec<Point>>)> = scans.iter().copied().zip(given).collect();
     let thin = |leaf: f64| each(&with_normals, |(scan, given)| voxel_centroids(scan.points(), given.as_deref(), leaf));
     let (samples, unit) = match config {
@@ -81,6 +78,20 @@ pub(crate) fn sample(scans: &[&Scan], config: &SamplingConfig, normals: NormalSo
     let clouds = clouds.into_iter().collect::<Result<Vec<Cloud>, Failure>>()?;
     let resolution = unit.unwrap_or_else(|| mean(&clouds.iter().map(|cloud| cloud.resolution).collect::<Vec<_>>()));
     Ok(Sampled { clouds, strays, raw_resolution, resolution })
+}
+
+/// How many points of a scan `[sampling.budget]` leaves out because they hang alone.
+#[must_use]
+pub fn count_strays(scan: &Scan) -> usize {
+    scan.points().len() - Measured::new(scan, ESTIMATE_AT, Strays::Dropped).scan.points().len()
+}
+
+/// The scans' own normals; none where one of them has none, since the signs of given and of estimated ones differ.
+fn given_by_all(scans: &[&Scan], source: NormalSource) -> Vec<Option<Vec<Point>>> {
+    match source {
+        NormalSource::Given if scans.iter().all(|scan| has_normals(scan)) => each(scans, |scan| given_normals(scan)),
+        NormalSource::Given | NormalSource::Estimated => vec![None; scans.len()],
+    }
 }
 
 /// The same work for all, side by side where there are threads.
@@ -166,6 +177,11 @@ impl Cloud {
         }
         (Surface::new(points, normals, self.index, self.resolution), oriented)
     }
+}
+
+/// Whether a scan has normals of its own.
+pub(crate) fn has_normals(scan: &Scan) -> bool {
+    !scan.triangles().is_empty() || scan.normals().is_some()
 }
 
 /// A mesh's triangles say more than normals that somebody wrote into the file.

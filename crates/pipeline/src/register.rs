@@ -59,7 +59,8 @@ pub fn register_traced(
     (best.registration(&scans.into_map(|scan| *scan.origin()), clock), trace)
 }
 
-/// The first attempt that is believed, or else the best one.
+/// The first attempt that is believed, or else the best one. Where the normals' side is unsure, the other side is heard before
+/// a pose is believed: on a side that was taken wrongly, a wrong pose may lie well.
 pub(crate) fn escalated<E>(
     config: &PipelineConfig,
     clock: &mut Clock<'_>,
@@ -77,7 +78,15 @@ pub(crate) fn escalated<E>(
             });
         }
     }
-    Ok(best.expect("an attempt with the signs as they are is made"))
+    let best = best.expect("an attempt with the signs as they are is made");
+    if !best.is_believed() || best.settings.signs == Signs::Other {
+        return Ok(best);
+    }
+    let other = attempt(&best.settings.config, Signs::Other, clock)?;
+    Ok(match other {
+        Some(other) => best.or(other),
+        None => best,
+    })
 }
 
 /// What one attempt came to.

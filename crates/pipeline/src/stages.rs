@@ -41,6 +41,9 @@ use rayon::prelude::*;
 /// Hypotheses that are optimised for each that is kept.
 const OPTIMISED_PER_KEPT: usize = 2;
 
+/// Hypotheses that are kept while they are made: as many as memory bears, and far more than differ.
+const MOST_HYPOTHESES: usize = 1_000_000;
+
 /// Scans, thinned and with normals.
 pub struct Prepared {
     /// Sampled points with normals, in the order of the scans.
@@ -186,7 +189,7 @@ pub(crate) fn estimate_within(
         return Pool { hypotheses: optimised(best), trials };
     }
     let admitted = |hypotheses: Vec<Hypothesis>| admitted(hypotheses, bounds, metric.as_ref(), evidence, resolution);
-    let all = admitted(sample_hypotheses(generator.as_ref(), metric.as_ref(), evidence, usize::MAX));
+    let all = admitted(sample_hypotheses(generator.as_ref(), metric.as_ref(), evidence, MOST_HYPOTHESES));
     let promising = distinctness.distinct(&all, OPTIMISED_PER_KEPT * n.max(1));
     let better = admitted(optimised(promising));
     Pool { hypotheses: distinctness.distinct(&better, n.max(1)), trials }

@@ -12,7 +12,7 @@ use congruent_matching::{MatcherConfig, RatioConfig};
 use congruent_metrics::{MetricConfig, ThresholdConfig};
 use congruent_pipeline::{
     AContrarioConfig, Failure, NeighborhoodConfig, NormalsConfig, Pair, PipelineConfig, PoolConfig, Prior,
-    RankingConfig, Registration, SamplingConfig, Verdict, VerdictConfig, VoxelGridConfig, refine, register,
+    RankingConfig, Registration, SamplingConfig, Signs, Verdict, VerdictConfig, VoxelGridConfig, refine, register,
 };
 use congruent_refinement::RefinementConfig;
 use congruent_simulation::benchmark::{Benchmark, GroupPair, Kind};
@@ -336,6 +336,32 @@ fn a_box_fits_in_more_than_one_way() {
     let scans = Pair { source: &scans[0], target: &scans[1] };
     let (refined, _) = refine(scans, &guess, &PipelineConfig::default(), &|_| ());
     assert_eq!(refined.verdict, Verdict::Ok, "{refined:?}");
+}
+
+/// A relief that is nearly its own image when it is laid on its face, under noise from all directions.
+fn noisy_relief(stream: &mut Stream, noise: f64) -> RawScan {
+    let bump =
+        |x: f64, y: f64, at: [f64; 2], narrow: f64| (-narrow * ((x - at[0]).powi(2) + (y - at[1]).powi(2))).exp();
+    let height = |x: f64, y: f64| {
+        0.3 * (3.0 * x).sin() * (2.0 * y).cos()
+            + 0.2 * bump(x, y, [0.4, -0.2], 8.0)
+            + 0.15 * bump(x, y, [-0.5, 0.5], 20.0)
+    };
+    let mut point = || {
+        let [x, y] = [(); 2].map(|()| stream.between(-1.0, 1.0));
+        [x, y, height(x, y)].map(|v| v + noise * stream.normal())
+    };
+    RawScan { points: (0..30_000).map(|_| point()).collect(), ..RawScan::default() }
+}
+
+#[test]
+fn an_unsure_side_is_heard_before_a_pose_is_believed() {
+    let mut stream = Stream::new(4, 0);
+    let [source, target] = [(); 2].map(|()| noisy_relief(&mut stream, 0.03));
+    let found = run(&source, &target, &PipelineConfig::default());
+    let error = error_pr(&pose(&found), &RigidTransform::identity(), &source);
+    assert_eq!((&found.verdict, found.settings.signs), (&Verdict::Ok, Signs::Other));
+    assert!(error < 2.5, "{error}");
 }
 
 #[test]

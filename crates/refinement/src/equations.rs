@@ -12,8 +12,9 @@ use std::ops::SubAssign;
 pub(crate) const MIN_PAIRS: usize = 20;
 /// Added to the diagonal, as a share of the trace.
 const DAMPING: f64 = 1e-9;
-/// Stiffness from which a direction may be held, where the normals are noisy: see [`Hold::n_free`].
-pub(crate) const MIN_STIFFNESS: f64 = 0.006;
+/// Stiffness from which a direction may be held, where the normals are noisy: between noisy planes, spheres and cylinders (up
+/// to 0.005) and the loosest right pairs of real scans (from 0.01). See [`Hold::n_free`].
+pub const MIN_STIFFNESS: f64 = 0.006;
 
 /// `JᵀKJ` and `−JᵀKd` for motions rotation before translation, about the origin of the target frame.
 #[derive(Clone, Copy, Debug, Default)]

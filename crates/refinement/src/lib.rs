@@ -15,6 +15,7 @@ mod uncertainty;
 
 pub use config::{GicpConfig, PointToPlaneConfig, RefinementConfig};
 pub use descent::Schedule;
+pub use equations::MIN_STIFFNESS;
 pub use freedom::Freedom;
 pub use gicp::Gicp;
 pub use hold::Hold;

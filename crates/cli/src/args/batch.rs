@@ -25,7 +25,7 @@ pub(crate) struct BatchArgs {
     /// Where the files of a dataset.toml are, if not beside it
     #[arg(long, value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,
-    /// Go on with a run that was stopped; rows that are there are kept
+    /// Go on with a run that was stopped: pairs without a verdict are done, those with one are kept
     #[arg(long)]
     pub(crate) resume: bool,
     /// Do the i-th of n parts of the pairs; merge joins the parts. The rows do not depend on it

@@ -109,7 +109,7 @@ pub(super) struct Results {
 }
 
 impl Results {
-    /// Starts a folder, or goes on with one.
+    /// Starts a folder, or goes on with one: rows with a verdict stay.
     pub(super) fn open(folder: &Path, run: Run, config: &PipelineConfig, resume: bool) -> Result<Results> {
         std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot be created", folder.display()))?;
         let rows = folder.join(ROWS);
@@ -125,7 +125,9 @@ impl Results {
                 let [part, of] = before.shard;
                 bail!("{}: cannot be resumed: it holds shard {part}/{of}; say --shard {part}/{of}", folder.display());
             }
-            read_rows(&rows)?
+            let mut rows: Vec<Row> = read_rows(&rows)?;
+            rows.retain(|row| row.status == Status::Done);
+            rows
         } else {
             run.write(folder)?;
             let text = toml::to_string(config).context("the configuration cannot be written as TOML")?;
@@ -194,7 +196,7 @@ impl Summary {
 
 #[cfg(test)]
 mod tests {
-    use super::super::row::tests::broken;
+    use super::super::row::tests::{broken, done};
     use super::*;
 
     fn run() -> Run {
@@ -214,17 +216,18 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (folder, config) = (folder.path(), PipelineConfig::default());
         let results = Results::open(folder, run(), &config, false).unwrap();
-        results.append(&broken("b")).unwrap();
-        results.append(&broken("c")).unwrap();
+        results.append(&done("b")).unwrap();
+        results.append(&broken("bad")).unwrap();
+        results.append(&done("c")).unwrap();
         drop(results);
         let rows = folder.join(ROWS);
         let text = std::fs::read(&rows).unwrap();
         std::fs::write(&rows, &text[..text.len() - 9]).unwrap();
         let results = Results::open(folder, run(), &config, true).unwrap();
-        assert!(results.has("b") && !results.has("c"));
+        assert!(results.has("b") && !results.has("bad") && !results.has("c"));
         results.append(&broken("a")).unwrap();
         let summary = results.finish(folder).unwrap();
-        assert_eq!((summary.rows, summary.errors), (2, 2));
+        assert_eq!((summary.rows, summary.errors), (2, 1));
         let ids: Vec<String> = read_rows(&rows).unwrap().into_iter().map(|row: Row| row.id).collect();
         assert_eq!(ids, ["a", "b"]);
         assert_eq!(std::fs::read_to_string(folder.join(TABLE)).unwrap().lines().count(), 3);

@@ -159,6 +159,11 @@ pub(super) mod tests {
         Row::failed(asked, Duration::from_millis(1500), why)
     }
 
+    /// One of a pair that came to a verdict.
+    pub(in crate::batch) fn done(id: &str) -> Row {
+        Row { status: Status::Done, error: None, verdict: Some(VerdictKind::Failed), ..broken(id) }
+    }
+
     #[test]
     fn a_row_survives_json() {
         let row = broken("a--b");

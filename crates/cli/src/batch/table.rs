@@ -1,14 +1,10 @@
 //! A table of pairs: CSV with a header, JSONL, and, where it was built in, Parquet.
 
 use anyhow::{Result, anyhow, bail};
-use congruent_geometry::{RigidTransform, from_rows};
-use congruent_io::csv_fields;
+use congruent_geometry::RigidTransform;
+use congruent_io::{Motion, MotionFault, csv_fields};
 use std::path::Path;
 
-/// A pose farther from a rigid motion than this (Frobenius norm) is worth a warning …
-const WARN_ABOVE: f64 = 1e-3;
-/// … and one farther than this is none: the same bounds as for a data set.
-const REFUSE_ABOVE: f64 = 0.1;
 /// Names of the columns of a true pose: the upper three rows of the matrix. Those of an initial pose begin with [`INIT`].
 const MATRIX: [&str; 12] = ["r00", "r01", "r02", "tx", "r10", "r11", "r12", "ty", "r20", "r21", "r22", "tz"];
 const INIT: &str = "init_";
@@ -50,9 +46,9 @@ pub(super) fn read(path: &Path) -> Result<(Vec<Line>, Vec<String>)> {
         if is("jsonl") { jsonl(text) } else { csv(text).and_then(|columns| pairs(&columns)) }
     };
     let lines = lines.map_err(|error| anyhow!("{}: {error}", path.display()))?;
-    let n_skewed: usize = lines.iter().map(|line| line.n_skewed).sum();
+    let (n_skewed, bound): (usize, f64) = (lines.iter().map(|line| line.n_skewed).sum(), Motion::WARN_ABOVE);
     let remark = format!(
-        "{}: {n_skewed} poses are more than {WARN_ABOVE} away from a rigid motion; the nearest rigid one is used",
+        "{}: {n_skewed} poses are more than {bound} away from a rigid motion; the nearest rigid one is used",
         path.display()
     );
     Ok((lines, Vec::from_iter((n_skewed > 0).then_some(remark))))
@@ -115,14 +111,15 @@ fn pairs(Columns { names, rows }: &Columns) -> Result<Vec<Line>> {
 }
 
 /// From the upper three rows; nothing where none is given.
-fn pose(fields: &[&str], what: &str, line: usize) -> Result<Option<Pose>> {
+fn pose(fields: &[&str], what: &str, line: usize) -> Result<Option<Motion>> {
     if fields.iter().all(|field| field.is_empty()) {
         return Ok(None);
     }
     let number =
         |field: &&str| field.parse::<f64>().map_err(|_| anyhow!("line {line}: the {what}: `{field}` is not a number"));
     let numbers = fields.iter().map(number).collect::<Result<Vec<f64>>>()?;
-    rigid(&numbers, what, line).map(Some)
+    let rows = std::array::from_fn(|row| std::array::from_fn(|column| numbers[4 * row + column]));
+    motion(Motion::nearest_upper(&rows, Motion::REFUSE_ABOVE), what, line).map(Some)
 }
 
 fn jsonl(text: &str) -> Result<Vec<Line>> {
@@ -139,7 +136,7 @@ fn jsonl(text: &str) -> Result<Vec<Line>> {
         let Object { id, source, target, truth, init } =
             serde_json::from_str(text).map_err(|error| anyhow!("line {number}: {error}"))?;
         let pose = |rows: Option<[[f64; 4]; 4]>, what: &str| {
-            rows.map(|rows| rigid(rows[..3].as_flattened(), what, number)).transpose()
+            rows.map(|rows| motion(Motion::nearest(&rows, Motion::REFUSE_ABOVE), what, number)).transpose()
         };
         let (truth, guess) = (pose(truth, TRUE_POSE)?, pose(init, INITIAL_POSE)?);
         Written { id, source, target, truth, guess }.checked(number)
@@ -152,8 +149,8 @@ struct Written {
     id: Option<String>,
     source: String,
     target: String,
-    truth: Option<Pose>,
-    guess: Option<Pose>,
+    truth: Option<Motion>,
+    guess: Option<Motion>,
 }
 
 impl Written {
@@ -162,24 +159,13 @@ impl Written {
         if source.is_empty() || target.is_empty() || id.as_ref().is_some_and(String::is_empty) {
             bail!("line {number}: source, target and id may not be empty");
         }
-        let n_skewed = [truth, guess].into_iter().flatten().filter(|pose| pose.is_skewed).count();
-        Ok(Line { id, source, target, truth: truth.map(|t| t.nearest), guess: guess.map(|g| g.nearest), n_skewed })
+        let n_skewed = [truth, guess].into_iter().flatten().filter(Motion::is_skewed).count();
+        Ok(Line { id, source, target, truth: truth.map(|t| t.pose), guess: guess.map(|g| g.pose), n_skewed })
     }
 }
 
-#[derive(Clone, Copy)]
-struct Pose {
-    nearest: RigidTransform,
-    is_skewed: bool,
-}
-
-/// From the upper three rows.
-fn rigid(numbers: &[f64], what: &str, line: usize) -> Result<Pose> {
-    let row = |i: usize| std::array::from_fn(|j| numbers[4 * i + j]);
-    let rows = [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]];
-    let nearest = from_rows(&rows, REFUSE_ABOVE)
-        .ok_or_else(|| anyhow!("line {line}: the {what} is no rigid motion; remove scale, shear and mirroring"))?;
-    Ok(Pose { nearest, is_skewed: from_rows(&rows, WARN_ABOVE).is_none() })
+fn motion(found: Result<Motion, MotionFault>, what: &str, line: usize) -> Result<Motion> {
+    found.map_err(|fault| anyhow!("line {line}: the {what}: {fault}"))
 }
 
 #[cfg(test)]

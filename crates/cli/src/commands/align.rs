@@ -9,7 +9,7 @@ use crate::progress::Progress;
 use crate::result::Report;
 use crate::{configuration, output, outputs};
 use anyhow::{Result, bail};
-use congruent_geometry::{RawScan, RigidTransform, Scan};
+use congruent_geometry::{Orientation, RawScan, RigidTransform, Scan};
 use congruent_io::{check_scan_name, write_file, write_pose, write_scan};
 use congruent_pipeline::{Pair, PipelineConfig, Prior, Registration, Stage, Trace, Verdict, register_traced};
 use congruent_report::{PairReport, pair_page};
@@ -147,6 +147,11 @@ pub(super) fn align(
     registering: Registering<'_>,
 ) -> Result<Aligned> {
     let config = configuration::resolve(run)?;
+    if viewpoints.source.or(viewpoints.target).is_some() && config.normals.orientation != (Orientation::Estimated {}) {
+        bail!(
+            "the configured orientation of the normals takes no account of a viewpoint; add --set normals.orientation=estimated, or leave the viewpoint out"
+        );
+    }
     let start = Instant::now();
     let keeps = Pair { source: raw_source == RawSource::Kept, target: false };
     let loaded = files.zip(viewpoints).zip(keeps).map(|&((path, viewpoint), keeps)| -> Result<_> {

@@ -7,7 +7,7 @@ use crate::progress::Bar;
 use crate::{configuration, output};
 use anyhow::{Context, Result, anyhow, bail};
 use congruent_evaluation::experiment::claims::{Counts, claims, claims_table};
-use congruent_evaluation::experiment::{Measured, Plan, Request, Shows, Tally, metric_name, run_pair};
+use congruent_evaluation::experiment::{Measured, Plan, Request, Shows, Tally, run_pair};
 use congruent_io::{TruePair, csv_line, read_scan, write_file};
 use congruent_pipeline::{Pair, PipelineConfig};
 use congruent_report::{ExperimentReport, experiment_figures, experiment_page};
@@ -74,19 +74,20 @@ fn plans(wanted: &str) -> Result<Vec<(String, Plan)>> {
 
 fn parse(text: &str, name: &str) -> Result<Plan> {
     let plan: Plan = toml::from_str(text).map_err(|error| anyhow!("{name}: {}", error.to_string().trim()))?;
-    let metrics: Vec<&str> = plan.metrics.iter().map(metric_name).collect();
-    match &plan.baseline {
-        Some(baseline) if !metrics.contains(&baseline.as_str()) => {
-            bail!("{name}: the baseline `{baseline}` is none of its metrics; they are {}", metrics.join(", "))
-        }
-        _ => Ok(plan),
+    match plan.contradiction() {
+        Some(contradiction) => bail!("{name}: {contradiction}"),
+        None => Ok(plan),
     }
 }
 
 /// The plan's changes, applied to what the command line describes.
 fn variants(plan: &Plan, run: &RunArgs) -> Result<Vec<(String, PipelineConfig)>> {
     let of = |variant: &congruent_evaluation::experiment::Variant| {
-        let set = run.set.iter().chain(&variant.set).cloned().collect();
+        let set: Vec<String> = run.set.iter().chain(&variant.set).cloned().collect();
+        let is_of_plan = |set: &&String| ["metric", "estimator"].iter().any(|table| set.starts_with(table));
+        if let Some(set) = set.iter().find(is_of_plan) {
+            bail!("`{set}` has no effect: metrics and estimators are those that the plan lists");
+        }
         let all = RunArgs { set, ..on_preset(run) };
         let config = configuration::resolve(&all).with_context(|| format!("variant {}", variant.name))?;
         Ok((variant.name.clone(), config))

@@ -4,7 +4,8 @@ use super::{Loaded, load};
 use crate::args::InspectArgs;
 use crate::output;
 use anyhow::Result;
-use congruent_geometry::{NeighborIndex, resolution, without_strays};
+use congruent_geometry::{NeighborIndex, resolution};
+use congruent_pipeline::count_strays;
 use congruent_report::{decimals, digits};
 use serde::Serialize;
 use std::process::ExitCode;
@@ -52,7 +53,7 @@ fn inspect(file: &str, loaded: &Loaded) -> Inspection {
         dropped_non_finite: scan.dropped().non_finite,
         dropped_duplicates: scan.dropped().duplicates,
         dropped_far: scan.dropped().far,
-        strays: without_strays(scan, &resolution).map_or(0, |left| scan.points().len() - left.points().len()),
+        strays: count_strays(scan),
         extent: scan.extent().into(),
         centre: (*scan.origin()).into(),
         resolution: resolution.mean,

@@ -1,9 +1,11 @@
 //! What a user may say about the estimators that work on the compatibility graph.
 
+use crate::thinning::of_few_edges;
 use crate::{Cliques, Compatibility, Graph, Pivots, Pruning, SeedRule, Seeds};
 use congruent_geometry::Length;
 use congruent_metrics::Evidence;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// Settings of the compatibility graph, for instance `[estimator.pivots.graph]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,6 +30,7 @@ pub struct GraphConfig {
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct PivotsConfig {
     /// At most this many pivots; each proposes two poses.
+    #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub pivots: usize,
     /// Which correspondences are joined.
     pub graph: GraphConfig,
@@ -43,8 +46,10 @@ pub struct SeedsConfig {
     #[serde(deserialize_with = "congruent_geometry::numbers::share")]
     pub share: f64,
     /// Correspondences that a seed gathers, itself included.
+    #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<3, _, _>")]
     pub gathered: usize,
     /// How many of those are fitted.
+    #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<3, _, _>")]
     pub kept: usize,
     /// Which correspondences are joined; shared neighbours are counted with half of its tolerance.
     pub graph: GraphConfig,
@@ -55,6 +60,7 @@ pub struct SeedsConfig {
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct CliquesConfig {
     /// Branches of the search that are followed to their end, for each correspondence.
+    #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub branches: usize,
     /// Which correspondences are joined.
     pub graph: GraphConfig,
@@ -93,21 +99,24 @@ impl Default for CliquesConfig {
 }
 
 impl GraphConfig {
-    /// Of these correspondences, for clouds of this resolution.
-    fn build(&self, evidence: &Evidence, resolution: f64) -> Graph {
+    /// Of these correspondences, or of a share of them that can be dealt with, for clouds of this resolution.
+    fn build<'a>(&self, evidence: &'a Evidence, resolution: f64) -> (Cow<'a, Evidence>, Graph) {
         let rule = Compatibility {
             tolerance: self.tolerance.resolve(resolution),
             min_distance: self.min_distance.resolve(resolution),
             max_angle: self.max_angle,
             max_cosine: self.max_cosine,
         };
-        Graph::new(evidence, &rule).pruned(self.pruning)
+        let evidence = of_few_edges(evidence, &rule);
+        let graph = Graph::new(&evidence, &rule).pruned(self.pruning);
+        (evidence, graph)
     }
 }
 
 impl PivotsConfig {
     pub(super) fn build<'a>(&self, evidence: &'a Evidence, resolution: f64) -> Pivots<'a> {
-        Pivots::new(evidence, &self.graph.build(evidence, resolution), self.pivots)
+        let (evidence, graph) = self.graph.build(evidence, resolution);
+        Pivots::new(evidence, &graph, self.pivots)
     }
 }
 
@@ -120,12 +129,14 @@ impl SeedsConfig {
             gathered: self.gathered,
             kept: self.kept,
         };
-        Seeds::new(evidence, self.graph.build(evidence, resolution), seeds)
+        let (evidence, graph) = self.graph.build(evidence, resolution);
+        Seeds::new(evidence, graph, seeds)
     }
 }
 
 impl CliquesConfig {
     pub(super) fn build<'a>(&self, evidence: &'a Evidence, resolution: f64) -> Cliques<'a> {
-        Cliques::new(evidence, &self.graph.build(evidence, resolution), self.branches)
+        let (evidence, graph) = self.graph.build(evidence, resolution);
+        Cliques::new(evidence, &graph, self.branches)
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::InlierShare;
 use congruent_io::csv_line;
+use std::borrow::Cow;
 
 /// Where in the sweep a result belongs.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,11 +12,11 @@ pub struct Cell {
     /// Name of what the target was spoilt with.
     pub nuisance: String,
     /// Who proposed; empty where nothing was proposed.
-    pub estimator: &'static str,
+    pub estimator: Cow<'static, str>,
     /// How much of the stream was looked at.
     pub iterations: u64,
     /// Who ranked; empty where nothing was ranked.
-    pub metric: &'static str,
+    pub metric: Cow<'static, str>,
     /// Inlier threshold, `pr` of the chain.
     pub threshold_pr: f64,
 }
@@ -58,14 +59,14 @@ impl Measured {
         let maybe = |value: &Option<f64>| value.map_or(String::new(), |v| format!("{v:.4}"));
         let numbers = [
             cell.iterations.to_string(),
-            cell.metric.to_owned(),
+            cell.metric.to_string(),
             cell.threshold_pr.to_string(),
             maybe(rmse_pr),
             share.matches.to_string(),
             share.inliers.to_string(),
             maybe(microseconds),
         ];
-        let names = [cell.variant.as_str(), &cell.nuisance, cell.estimator];
+        let names = [cell.variant.as_str(), &cell.nuisance, &cell.estimator];
         csv_line(pair.into_iter().chain(names).chain(numbers.iter().map(String::as_str)))
     }
 }
@@ -79,9 +80,9 @@ mod tests {
         let cell = Cell {
             variant: "10 %, best".to_owned(),
             nuisance: "none".to_owned(),
-            estimator: "RANSAC",
+            estimator: "RANSAC".into(),
             iterations: 1000,
-            metric: "MSE",
+            metric: "MSE".into(),
             threshold_pr: 7.5,
         };
         let share = InlierShare { inliers: 3, matches: 12 };

@@ -134,13 +134,13 @@ fn ranked_by<'a>(counts: &'a [Count], like: &Count, metric: &str) -> Option<&'a 
     let same = |other: &&Count| {
         other.cell.metric == metric
             && other.d_rmse == like.d_rmse
-            && Cell { metric: like.cell.metric, ..other.cell.clone() } == like.cell
+            && Cell { metric: like.cell.metric.clone(), ..other.cell.clone() } == like.cell
     };
     counts.iter().find(same)
 }
 
 fn above_baseline(counts: &[Count]) -> Option<(bool, String)> {
-    let proposed = at_bound(counts).filter(|count| PROPOSED.contains(&count.cell.metric));
+    let proposed = at_bound(counts).filter(|count| PROPOSED.contains(&&*count.cell.metric));
     let margins: Vec<(f64, &Count)> = proposed
         .filter_map(|count| Some((count.percent() - ranked_by(counts, count, BASELINE)?.percent(), count)))
         .collect();
@@ -160,7 +160,7 @@ fn at_setting(counts: &[Count], metrics: &[&'static str]) -> Option<Vec<(f64, &'
     let of = |metric: &'static str| {
         let found = at_bound(counts).find(|count| {
             let Cell { metric: ranked, iterations, threshold_pr, .. } = &count.cell;
-            *ranked == metric && *iterations == ITERATIONS && *threshold_pr == THRESHOLD_PR
+            ranked == metric && *iterations == ITERATIONS && *threshold_pr == THRESHOLD_PR
         });
         Some((found?.percent(), metric))
     };
@@ -218,7 +218,7 @@ fn two_point_helps(counts: &[Count]) -> Option<(bool, String)> {
 
 fn faster(counts: &[Count]) -> Option<(bool, String)> {
     let times = |of: &[&str]| -> Vec<f64> {
-        counts.iter().filter(|count| of.contains(&count.cell.metric)).filter_map(|count| count.microseconds).collect()
+        counts.iter().filter(|count| of.contains(&&*count.cell.metric)).filter_map(|count| count.microseconds).collect()
     };
     let mut sparse = PROPOSED.to_vec();
     sparse.push(BASELINE);

@@ -9,6 +9,7 @@ mod bench;
 mod cell;
 pub mod claims;
 mod histogram;
+mod labels;
 mod nuisance;
 mod plan;
 mod run;
@@ -17,6 +18,6 @@ mod tally;
 
 pub use cell::{Cell, Measured};
 pub use nuisance::Nuisance;
-pub use plan::{Axis, MeasuredOn, Plan, Shows, Variant, metric_name};
+pub use plan::{Axis, MeasuredOn, Plan, Shows, Variant};
 pub use run::{Problem, Request, run_pair};
 pub use tally::{Count, Tally};

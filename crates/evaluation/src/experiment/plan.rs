@@ -1,10 +1,12 @@
 //! What an experiment varies.
 
 use super::Nuisance;
+use super::labels::{estimator_label, metric_label, unusual};
 use congruent_estimators::EstimatorConfig;
 use congruent_geometry::{Length, numbers};
 use congruent_metrics::MetricConfig;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// One table or figure. Every list is swept, all against all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -170,25 +172,32 @@ fn paper_bound() -> Vec<f64> {
     vec![2.5]
 }
 
-/// The paper's name of a metric, or ours where it has none.
-#[must_use]
-pub fn metric_name(metric: &MetricConfig) -> &'static str {
-    match metric {
-        MetricConfig::InlierCount(_) => "INLIER",
-        MetricConfig::Mae(_) => "MAE",
-        MetricConfig::Mse(_) => "MSE",
-        MetricConfig::LogCosh(_) => "LOG-COSH",
-        MetricConfig::Exp(_) => "EXP",
-        MetricConfig::Quantile(_) => "QUANTILE",
-        MetricConfig::NegQuantile(_) => "-QUANTILE",
-        MetricConfig::Huber(_) => "Huber",
-        MetricConfig::Msac(_) => "MSAC",
-        MetricConfig::Magsac(_) => "MAGSAC",
-        MetricConfig::SacIa(_) => "SAC-IA",
-        MetricConfig::PointDistance(_) => "PC Dist",
-        MetricConfig::OverlappedPoints(_) => "#OP",
-        MetricConfig::SoftOverlap(_) => "soft overlap",
+impl Plan {
+    /// What the plan says twice, or says and does not mean; nothing for a plan that can be run.
+    #[must_use]
+    pub fn contradiction(&self) -> Option<String> {
+        let metrics: Vec<Cow<'_, str>> = self.metrics.iter().map(metric_label).collect();
+        let estimators: Vec<Cow<'_, str>> = self.estimators.iter().map(estimator_label).collect();
+        let threshold = self.metrics.iter().position(|metric| unusual(metric).contains_key("threshold"));
+        let iterations = self.estimators.iter().position(|estimator| unusual(estimator).contains_key("iterations"));
+        let twice = repeated(&metrics).or_else(|| repeated(&estimators));
+        let baseline = self.baseline.as_ref().filter(|baseline| !metrics.iter().any(|metric| metric == *baseline));
+        if let Some(at) = threshold {
+            Some(format!("the threshold of {} has no effect; write `thresholds-pr`, for all metrics", metrics[at]))
+        } else if let Some(at) = iterations {
+            Some(format!("the iterations of {} have no effect; write `iterations`, for all estimators", estimators[at]))
+        } else if let Some(name) = twice {
+            Some(format!("{name} is listed twice"))
+        } else {
+            baseline
+                .map(|name| format!("the baseline `{name}` is none of its metrics; they are {}", metrics.join(", ")))
+        }
     }
+}
+
+/// The first that stands after an equal one.
+fn repeated<'a>(names: &'a [Cow<'a, str>]) -> Option<&'a str> {
+    (1..names.len()).find(|&at| names[..at].contains(&names[at])).map(|at| &*names[at])
 }
 
 /// The same metric at another threshold.
@@ -212,19 +221,6 @@ pub(crate) fn at_threshold(metric: &MetricConfig, threshold_pr: f64) -> MetricCo
     metric
 }
 
-/// The paper's name of an estimator, or ours where it has none.
-pub(crate) fn estimator_name(estimator: &EstimatorConfig) -> &'static str {
-    match estimator {
-        EstimatorConfig::Ransac(_) => "RANSAC",
-        EstimatorConfig::TwoPoint(_) => "2SAC-GC",
-        EstimatorConfig::OnePoint(_) => "1P-RANSAC",
-        EstimatorConfig::SacIa(_) => "SAC-IA",
-        EstimatorConfig::Pivots(_) => "pivots",
-        EstimatorConfig::Seeds(_) => "SC2-PCR seeds",
-        EstimatorConfig::Cliques(_) => "cliques",
-    }
-}
-
 /// The same estimator with another budget, where it has one.
 pub(crate) fn with_iterations(estimator: &EstimatorConfig, iterations: u64) -> EstimatorConfig {
     let mut estimator = estimator.clone();
@@ -236,4 +232,24 @@ pub(crate) fn with_iterations(estimator: &EstimatorConfig, iterations: u64) -> E
         EstimatorConfig::Pivots(_) | EstimatorConfig::Seeds(_) | EstimatorConfig::Cliques(_) => {}
     }
     estimator
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_plan_does_not_mean_is_said() {
+        let said = |text: &str| toml::from_str::<Plan>(&format!("title = 't'\n{text}")).unwrap().contradiction();
+        assert_eq!(said("metrics = [{ mse = {} }, { inlier-count = {} }]\nbaseline = 'INLIER'"), None);
+        assert_eq!(said("estimators = [{ ransac = {} }, { ransac = { min-spread = '15pr' } }]"), None);
+        for (text, expected) in [
+            ("metrics = [{ mse = { threshold = '1pr' } }]", "threshold of MSE"),
+            ("estimators = [{ ransac = { iterations = 50 } }]", "iterations of RANSAC"),
+            ("metrics = [{ mse = {} }, { mse = {} }]", "MSE is listed twice"),
+            ("metrics = [{ mse = {} }]\nbaseline = 'INLIER'", "the baseline `INLIER`"),
+        ] {
+            assert!(said(text).is_some_and(|said| said.contains(expected)), "{text}");
+        }
+    }
 }

@@ -1,13 +1,15 @@
 //! All cells of experiments for one pair.
 
 use super::bench::{Bench, Case, up_to_matches};
-use super::plan::{at_threshold, estimator_name, with_iterations};
-use super::{Cell, Measured, MeasuredOn, Nuisance, Plan, Shows, metric_name};
+use super::labels::{estimator_label, metric_label};
+use super::plan::{at_threshold, with_iterations};
+use super::{Cell, Measured, MeasuredOn, Nuisance, Plan, Shows};
 use crate::{InlierShare, inlier_share};
 use congruent_estimators::{Hypothesis, HypothesisGenerator, sample_all};
 use congruent_geometry::{RawScan, RigidTransform, ScanError};
 use congruent_metrics::{Clouds, Evidence, Metric, MetricConfig};
 use congruent_pipeline::{Failure, Pair, PipelineConfig, stages};
+use std::borrow::Cow;
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -83,8 +85,10 @@ impl Request<'_> {
         for (_, config) in self.variants {
             for &nuisance in &plan.nuisances {
                 for estimator in &plan.estimators {
+                    let name = estimator_label(estimator);
                     let estimator = with_iterations(estimator, plan.iterations.iter().copied().max().unwrap_or(0));
                     streams.push(Stream {
+                        estimator: name,
                         config: PipelineConfig { estimator, ..config.clone() },
                         nuisance,
                         measured_on: plan.measured_on,
@@ -111,21 +115,21 @@ impl Request<'_> {
             let cell = |metric, threshold_pr, iterations| Cell {
                 variant: variant.clone(),
                 nuisance: nuisance.to_string(),
-                estimator: estimator_name(&asked.config.estimator),
+                estimator: asked.estimator.clone(),
                 iterations,
                 metric,
                 threshold_pr,
             };
             let share = stream.share;
             if plan.shows == Shows::Inliers {
-                let cell = Cell { estimator: "", ..cell("", 0.0, 0) };
+                let cell = Cell { estimator: "".into(), ..cell("".into(), 0.0, 0) };
                 measured.push(Measured { cell, rmse_pr: None, share, microseconds: None });
             }
             for rank in &asked.wanted {
                 let found = stream.found(rank);
                 for &iterations in &plan.iterations {
                     let rmse_pr = found.rmse_pr.iter().find(|(n, _)| *n == iterations).and_then(|(_, rmse)| *rmse);
-                    let cell = cell(metric_name(&rank.metric), rank.threshold_pr, iterations);
+                    let cell = cell(rank.name.clone(), rank.threshold_pr, iterations);
                     measured.push(Measured { cell, rmse_pr, share, microseconds: found.microseconds });
                 }
             }
@@ -138,7 +142,10 @@ impl Plan {
     /// Every metric at every threshold.
     fn ranks(&self) -> Vec<Rank> {
         let thresholds = &self.thresholds_pr;
-        let at = |metric| thresholds.iter().map(move |&t| Rank { threshold_pr: t, metric: at_threshold(metric, t) });
+        let at = |metric| {
+            let rank = move |&t| Rank { name: metric_label(metric), threshold_pr: t, metric: at_threshold(metric, t) };
+            thresholds.iter().map(rank)
+        };
         self.metrics.iter().flat_map(at).collect()
     }
 }
@@ -146,6 +153,7 @@ impl Plan {
 /// One way to rank the poses of a stream.
 #[derive(Clone, PartialEq)]
 struct Rank {
+    name: Cow<'static, str>,
     threshold_pr: f64,
     metric: MetricConfig,
 }
@@ -160,6 +168,8 @@ struct Found {
 
 /// The poses of one estimator on one set of matches, and all who look at them.
 struct Stream {
+    /// What the estimator is called.
+    estimator: Cow<'static, str>,
     config: PipelineConfig,
     nuisance: Nuisance,
     measured_on: MeasuredOn,

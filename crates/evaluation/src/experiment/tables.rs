@@ -58,7 +58,7 @@ impl Tally {
         let counts = self.counts(plan);
         let of_mse = |count: &Count| {
             let is_mse = |other: &&Count| {
-                other.dataset == count.dataset && other.cell == Cell { metric: "MSE", ..count.cell.clone() }
+                other.dataset == count.dataset && other.cell == Cell { metric: "MSE".into(), ..count.cell.clone() }
             };
             counts.iter().find(is_mse).and_then(|mse| mse.microseconds)
         };
@@ -81,7 +81,7 @@ impl Tally {
             let is_baseline = |other: &&super::tally::Column| {
                 other.dataset == column.dataset
                     && other.cell.metric == baseline
-                    && other.cell == Cell { metric: other.cell.metric, ..column.cell.clone() }
+                    && other.cell == Cell { metric: other.cell.metric.clone(), ..column.cell.clone() }
             };
             let Some(other) = self.columns.iter().find(is_baseline) else { continue };
             for &d_rmse in &plan.d_rmse {

@@ -64,9 +64,9 @@ impl Count {
             Axis::Dataset => self.dataset.clone(),
             Axis::Variant => self.cell.variant.clone(),
             Axis::Nuisance => self.cell.nuisance.clone(),
-            Axis::Estimator => self.cell.estimator.to_owned(),
+            Axis::Estimator => self.cell.estimator.to_string(),
             Axis::Iterations => self.cell.iterations.to_string(),
-            Axis::Metric => self.cell.metric.to_owned(),
+            Axis::Metric => self.cell.metric.to_string(),
             Axis::Threshold => self.cell.threshold_pr.to_string(),
             Axis::DRmse => self.d_rmse.to_string(),
         }
@@ -202,9 +202,9 @@ pub(super) mod tests {
         Cell {
             variant: "v".to_owned(),
             nuisance: "none".to_owned(),
-            estimator,
+            estimator: estimator.into(),
             iterations: 1000,
-            metric,
+            metric: metric.into(),
             threshold_pr: 7.5,
         }
     }

@@ -37,7 +37,7 @@ impl Cells {
     /// Sorts points into cells of about this side (data units); within a cell they keep their order.
     ///
     /// # Panics
-    /// With 2³² points or more.
+    /// With 2³² points or more, or with points and a side that is not above zero.
     #[must_use]
     pub fn new(points: &[Point], side: f64) -> Cells {
         let n = u32::try_from(points.len()).expect("a cloud has fewer than 2^32 points");

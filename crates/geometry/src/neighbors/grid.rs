@@ -15,11 +15,15 @@ pub(crate) struct Grid {
 
 impl Grid {
     /// Holds all points with a margin around them; the cells grow until there are at most so many. No cells for no points.
+    ///
+    /// # Panics
+    /// With points and a side that is not above zero.
     pub(crate) fn around(points: &[Point], side: f64, margin: f64, max_cells: f64) -> Grid {
         let (low, high) = bounds(points);
         if points.is_empty() {
             return Grid { low: [0.0; 3], side: side as f32, size: [0; 3] };
         }
+        assert!(side > 0.0, "the side of a cell is a length above zero");
         let length = |axis: usize| f64::from(high[axis]) - f64::from(low[axis]) + 2.0 * margin;
         let mut side = side;
         while (0..3).map(|axis| length(axis) / side + 1.0).product::<f64>() > max_cells {

@@ -36,10 +36,10 @@ impl NeighborIndex {
     /// Indexes finite points; duplicates are fine.
     ///
     /// # Panics
-    /// With more than 2³² points.
+    /// With 2³² points or more.
     #[must_use]
     pub fn new(points: &[Point]) -> Self {
-        assert!(u32::try_from(points.len()).is_ok(), "an index holds at most 2^32 points");
+        assert!(u32::try_from(points.len()).is_ok(), "an index holds fewer than 2^32 points");
         let build = || Tree::builder().with_parallel_construction_threshold(SPLIT_FROM).build_from_slice(points);
         let tree = (!points.is_empty()).then(|| build().expect("finite points can be indexed"));
         NeighborIndex { tree, len: points.len() }

@@ -24,7 +24,7 @@ impl OrderedPoints {
     /// Sorts points into cells of about this side (data units). Searches are fastest where a cell holds a few points.
     ///
     /// # Panics
-    /// With 2³² points or more.
+    /// As [`Cells::new`].
     #[must_use]
     pub fn new(points: &[Point], side: f64) -> Self {
         let cells = Cells::new(points, side);

@@ -1,7 +1,7 @@
 //! The `gt.log` of Redwood and 3DMatch (Choi et al., 2015): `i j n`, then a matrix that maps scan j into the frame of i.
 
-use super::lines::{at_line, lines, numbers};
-use super::{DatasetFault, Listed, Motion, Truth};
+use super::lines::{at_line, lines, motion, numbers};
+use super::{DatasetFault, Listed, Truth};
 
 /// Lines of a pair.
 const BLOCK: usize = 5;
@@ -33,13 +33,7 @@ fn pair(block: &[(usize, &str)], names: &str) -> Result<Truth, DatasetFault> {
         matrix.extend(numbers(&row, at)?);
     }
     let name = |number: &str| names.replace("{}", number);
-    Ok(Truth {
-        source: name(j),
-        target: name(i),
-        place: at_line(line),
-        overlap: None,
-        motion: Motion::new(&matrix, line)?,
-    })
+    Ok(Truth { source: name(j), target: name(i), place: at_line(line), overlap: None, motion: motion(&matrix, line)? })
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! What the readers of ground truth share.
 
 use crate::error::excerpt;
+use crate::{Motion, MotionFault};
 
 /// Why a description or ground truth cannot be used. Lines count from one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -49,8 +50,16 @@ pub enum DatasetFault {
         line: usize,
     },
     /// A matrix is far from a rigid motion.
-    #[error("line {line}: the matrix is far from a rotation with a shift; it must not scale, shear or mirror")]
-    NotRigid {
+    #[error("line {line}: {fault}")]
+    Matrix {
+        /// Where.
+        line: usize,
+        /// What is wrong with it.
+        fault: MotionFault,
+    },
+    /// A quaternion has no direction.
+    #[error("line {line}: the quaternion is zero; a rotation has one of length 1")]
+    NoRotation {
         /// Where.
         line: usize,
     },
@@ -73,6 +82,12 @@ pub(super) fn at_line(line: usize) -> String {
 pub(super) fn number(token: &str, line: usize) -> Result<f64, DatasetFault> {
     let value = token.parse::<f64>().ok().filter(|value| value.is_finite());
     value.ok_or_else(|| DatasetFault::NotANumber { line, token: excerpt(token.as_bytes()) })
+}
+
+/// The motion of the sixteen numbers of a matrix, row by row.
+pub(super) fn motion(numbers: &[f64], line: usize) -> Result<Motion, DatasetFault> {
+    let rows = std::array::from_fn(|row| std::array::from_fn(|column| numbers[4 * row + column]));
+    Motion::nearest(&rows, Motion::REFUSE_ABOVE).map_err(|fault| DatasetFault::Matrix { line, fault })
 }
 
 pub(super) fn numbers(tokens: &[&str], line: usize) -> Result<Vec<f64>, DatasetFault> {

@@ -15,15 +15,10 @@ pub use about::{About, PairsAbout, TruthAbout, TruthFormat};
 pub use lines::DatasetFault;
 pub use pairs_csv::{PairLine, pairs_csv};
 
-use crate::IoError;
 use crate::read::bytes_of;
-use congruent_geometry::{RigidTransform, from_rows};
+use crate::{IoError, Motion};
+use congruent_geometry::RigidTransform;
 use std::path::{Path, PathBuf};
-
-/// A printed matrix farther from a rigid motion than this (Frobenius norm) is worth a warning …
-const WARN_ABOVE: f64 = 1e-3;
-/// … and one farther than this is none.
-const REFUSE_ABOVE: f64 = 0.1;
 
 /// Pairs of scans with their truth.
 #[derive(Clone, Debug, PartialEq)]
@@ -135,9 +130,10 @@ impl Layout {
 
 impl Dataset {
     fn add(&mut self, truth: Truth, layout: &Layout, inverted: bool) {
-        let Truth { source, target, place, overlap, motion: Motion { pose, skew } } = truth;
+        let Truth { source, target, place, overlap, motion } = truth;
         let place = format!("{}: {place}", layout.truth.display());
-        if skew > WARN_ABOVE {
+        let Motion { pose, skew } = motion;
+        if motion.is_skewed() {
             self.warnings.push(format!(
                 "{place}: {source} to {target}: the true motion is {skew:.1e} away from a rigid one; the nearest rigid one is used"
             ));
@@ -166,28 +162,6 @@ struct Truth {
     place: String,
     overlap: Option<f64>,
     motion: Motion,
-}
-
-/// The nearest rigid motion to a matrix, and how near it is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Motion {
-    pose: RigidTransform,
-    skew: f64,
-}
-
-impl Motion {
-    /// From the first twelve or sixteen numbers, row by row.
-    fn new(numbers: &[f64], line: usize) -> Result<Motion, DatasetFault> {
-        let mut rows = [[0.0, 0.0, 0.0, 0.0], [0.0; 4], [0.0; 4], [0.0, 0.0, 0.0, 1.0]];
-        for (i, value) in numbers.iter().take(12).enumerate() {
-            rows[i / 4][i % 4] = *value;
-        }
-        let pose = from_rows(&rows, REFUSE_ABOVE).ok_or(DatasetFault::NotRigid { line })?;
-        let rotation = pose.rotation.to_rotation_matrix();
-        let difference = |row: usize, column: usize| (rotation[(row, column)] - rows[row][column]).powi(2);
-        let skew_sq: f64 = (0..3).flat_map(|row| (0..3).map(move |column| difference(row, column))).sum();
-        Ok(Motion { pose, skew: skew_sq.sqrt() })
-    }
 }
 
 #[cfg(test)]

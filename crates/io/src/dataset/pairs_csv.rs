@@ -1,7 +1,7 @@
 //! Our own list of pairs.
 
-use super::lines::{at_line, lines, number};
-use super::{DatasetFault, Listed, Motion, Truth};
+use super::lines::{at_line, lines, motion, number};
+use super::{DatasetFault, Listed, Truth};
 use crate::csv::{csv_fields, csv_line};
 use congruent_geometry::{RigidTransform, to_rows};
 
@@ -56,13 +56,14 @@ fn pair(line: usize, content: &str, width: usize, places: &[usize; COLUMNS.len()
     }
     let at = |column: usize| fields[places[column]].as_str();
     let overlap = if at(2).is_empty() { None } else { Some(number(at(2), line)?) };
-    let matrix: Vec<f64> = (3..COLUMNS.len()).map(|column| number(at(column), line)).collect::<Result<_, _>>()?;
+    let matrix = (3..COLUMNS.len()).map(|column| number(at(column), line)).chain([0.0, 0.0, 0.0, 1.0].map(Ok));
+    let matrix: Vec<f64> = matrix.collect::<Result<_, _>>()?;
     Ok(Truth {
         source: at(0).to_owned(),
         target: at(1).to_owned(),
         place: at_line(line),
         overlap,
-        motion: Motion::new(&matrix, line)?,
+        motion: motion(&matrix, line)?,
     })
 }
 

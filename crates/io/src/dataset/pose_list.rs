@@ -1,7 +1,7 @@
 //! A line a pair: `source target m00 … m33`, parted by white space.
 
-use super::lines::{at_line, lines, numbers};
-use super::{DatasetFault, Listed, Motion, Truth};
+use super::lines::{at_line, lines, motion, numbers};
+use super::{DatasetFault, Listed, Truth};
 
 pub(super) fn parse(text: &str) -> Listed {
     lines(text)
@@ -11,7 +11,7 @@ pub(super) fn parse(text: &str) -> Listed {
                 let expected = "a pair is two file names and the 16 numbers of a 4x4 matrix, row by row";
                 return Err(DatasetFault::Width { line, found: fields.len(), expected });
             }
-            let motion = Motion::new(&numbers(&fields[2..], line)?, line)?;
+            let motion = motion(&numbers(&fields[2..], line)?, line)?;
             Ok(Truth {
                 source: fields[0].to_owned(),
                 target: fields[1].to_owned(),

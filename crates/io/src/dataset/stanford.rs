@@ -24,7 +24,7 @@ fn scan(line: usize, content: &str) -> Result<View, DatasetFault> {
     let numbers = numbers(&fields[2..], line)?;
     let [tx, ty, tz, qx, qy, qz, qw] = numbers[..] else { unreachable!("nine fields less two") };
     let spelt = UnitQuaternion::try_new(Quaternion::new(qw, qx, qy, qz), 1e-6);
-    let rotation = spelt.ok_or(DatasetFault::NotRigid { line })?.conjugate();
+    let rotation = spelt.ok_or(DatasetFault::NoRotation { line })?.conjugate();
     let world_from_scan = RigidTransform::from_parts(Translation3::new(tx, ty, tz), rotation);
     Ok(View { name: fields[1].to_owned(), place: at_line(line), world_from_scan, skew: 0.0 })
 }
@@ -51,6 +51,6 @@ mod tests {
 
     #[test]
     fn a_quaternion_of_zeros_is_refused() {
-        assert_eq!(parse("bmesh a.ply 0 0 0 0 0 0 0\n"), [Err(DatasetFault::NotRigid { line: 1 })]);
+        assert_eq!(parse("bmesh a.ply 0 0 0 0 0 0 0\n"), [Err(DatasetFault::NoRotation { line: 1 })]);
     }
 }

@@ -88,10 +88,21 @@ fn a_bad_line_does_not_spoil_the_others() {
     assert_eq!((dataset.pairs.len(), dataset.broken.len()), (1, 2));
     assert!(dataset.pairs[0].place.ends_with("pairs.csv: line 3"), "{}", dataset.pairs[0].place);
     for (message, what) in
-        dataset.broken.iter().zip(["line 2: `NaN` is not a finite", "line 4: the matrix is far from"])
+        dataset.broken.iter().zip(["line 2: `NaN` is not a finite", "line 4: the upper left 3x3 part is farther"])
     {
         assert!(message.contains("pairs.csv") && message.contains(what), "{message}");
     }
+}
+
+#[test]
+fn a_transposed_matrix_is_no_truth() {
+    let (rows, columns) = ("0 -1 0 5 1 0 0 6 0 0 1 7 0 0 0 1", "0 1 0 0 -1 0 0 0 0 0 1 0 5 6 7 1");
+    let toml = "name = 'set'\nscans = '.'\n[truth]\nformat = 'pose-list'\npath = 'truth.txt'\n";
+    let folder = folder(&[("dataset.toml", toml), ("truth.txt", &format!("a b {rows}\nc d {columns}\n"))]);
+    let dataset = read_dataset(folder.path(), None).unwrap();
+    assert_eq!((dataset.pairs.len(), dataset.broken.len()), (1, 1));
+    let message = &dataset.broken[0];
+    assert!(message.contains("line 2: the last row is [5.0, 6.0, 7.0, 1.0]"), "{message}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Data sets that give each scan's place in a common frame: every pair of scans has a truth.
 
-use super::{Listed, Motion, Truth};
+use super::{Listed, Truth};
+use crate::Motion;
 use congruent_geometry::RigidTransform;
 
 /// A scan and its place.

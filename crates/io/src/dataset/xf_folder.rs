@@ -1,10 +1,10 @@
 //! A folder of matrices: one file for each pair, as the scenes of the University of Western Australia come, or one for each
 //! scan, as programs that align many views leave them.
 
-use super::lines::{lines, numbers};
+use super::lines::{lines, motion, numbers};
 use super::views::{View, all_pairs};
-use super::{DatasetFault, Listed, Motion, Truth, text_of};
-use crate::IoError;
+use super::{DatasetFault, Listed, Truth, text_of};
+use crate::{IoError, Motion};
 use std::path::{Path, PathBuf};
 
 /// Reads every `SOURCE-TARGET.xf`, in the order of the names. `names` is what scans are called, `{}` being the name.
@@ -15,7 +15,7 @@ pub(super) fn read_pairs(folder: &Path, names: &str) -> Result<Listed<IoError>, 
 /// Reads every `SCAN.xf`, which maps that scan into the common frame; all pairs, in the order of the names.
 pub(super) fn read_views(folder: &Path, names: &str) -> Result<Listed<IoError>, IoError> {
     let view = |file: &PathBuf| {
-        let Motion { pose, skew } = motion(file)?;
+        let Motion { pose, skew } = motion_in(file)?;
         Ok(View { name: names.replace("{}", &stem(file)), place: name(file), world_from_scan: pose, skew })
     };
     Ok(all_pairs(files(folder)?.iter().map(view)))
@@ -44,12 +44,13 @@ fn pair(file: &Path, names: &str) -> Result<Truth, IoError> {
     let fault = DatasetFault::Name;
     let (source, target) = parts.ok_or_else(|| IoError::Dataset { path: file.to_owned(), fault })?;
     let scan = |part: &str| names.replace("{}", part);
-    Ok(Truth { source: scan(source), target: scan(target), place: name(file), overlap: None, motion: motion(file)? })
+    Ok(Truth { source: scan(source), target: scan(target), place: name(file), overlap: None, motion: motion_in(file)? })
 }
 
-fn motion(file: &Path) -> Result<Motion, IoError> {
+fn motion_in(file: &Path) -> Result<Motion, IoError> {
     let faulty = |fault| IoError::Dataset { path: file.to_owned(), fault };
-    Motion::new(&matrix(&text_of(file)?).map_err(faulty)?, 1).map_err(faulty)
+    let matrix = matrix(&text_of(file)?).map_err(faulty)?;
+    motion(&matrix, 1).map_err(faulty)
 }
 
 fn matrix(text: &str) -> Result<Vec<f64>, DatasetFault> {

@@ -14,6 +14,7 @@ use congruent_matching::nearest_k;
 use congruent_metrics::{InlierCount, Metric, Summed};
 use congruent_refinement::{Freedom, Gicp, PointToPlane, Refiner, Schedule};
 use nalgebra::Vector3;
+use std::borrow::Cow;
 use std::fmt;
 
 /// Three-point fits.
@@ -132,7 +133,7 @@ fn ransac(inputs: &Inputs) -> usize {
 
 fn pivots(inputs: &Inputs) -> usize {
     let graph = Graph::new(&inputs.graph_evidence, &COMPATIBLE);
-    let generator = Pivots::new(&inputs.graph_evidence, &graph, PIVOTS);
+    let generator = Pivots::new(Cow::Borrowed(&inputs.graph_evidence), &graph, PIVOTS);
     sample(&generator, &Summed(InlierCount::new(THRESHOLD)), &inputs.graph_evidence, 1).len()
 }
 

@@ -6,6 +6,7 @@ use congruent_descriptors::DescriptorConfig;
 use congruent_estimators::EstimatorConfig;
 use congruent_geometry::Length;
 use congruent_metrics::DenseRule;
+use congruent_refinement::MIN_STIFFNESS;
 use serde::{Deserialize, Serialize};
 
 /// The poses that outlive the correspondences.
@@ -13,6 +14,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct PoolConfig {
     /// At most so many are kept. One keeps the best by the metric: the paper's rule.
+    #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub poses: usize,
     /// Poses that put the source's points closer together than this, on the mean, are the same.
     pub distinct: Length,
@@ -143,9 +145,6 @@ pub enum Signs {
     /// Turned round on a scan whose signs are unsure; no attempt where both are sure.
     Other,
 }
-
-/// Between noisy planes, spheres and cylinders (up to 0.005) and the loosest right pairs of real scans (from 0.01).
-const MIN_STIFFNESS: f64 = 0.006;
 
 impl Default for PoolConfig {
     fn default() -> Self {

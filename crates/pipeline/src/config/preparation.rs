@@ -83,7 +83,7 @@ pub enum NormalSource {
     /// By principal component analysis, always.
     #[default]
     Estimated,
-    /// The mesh's (from its triangles) or the file's own, where the scan has them; estimated elsewhere.
+    /// The mesh's (from its triangles) or the file's own, where all scans that are compared have them; else estimated on all.
     Given,
 }
 
@@ -92,7 +92,7 @@ pub enum NormalSource {
 #[serde(rename_all = "kebab-case")]
 pub enum NeighborhoodConfig {
     /// So many nearest points, the point itself included.
-    Nearest(usize),
+    Nearest(#[serde(deserialize_with = "congruent_geometry::numbers::at_least::<3, _, _>")] usize),
     /// All points within a length, or the six nearest where there are fewer.
     Radius(Length),
 }

@@ -40,7 +40,7 @@ const SMALL_SCORE: f64 = 0.05;
 pub const MAX_RESIDUAL_PR: f64 = 2.0;
 
 /// Directions looser than this are all the same.
-const MIN_STIFFNESS: f64 = 1e-4;
+const SMALLEST_STIFFNESS: f64 = 1e-4;
 
 /// Normals that disagree say how noisy the scans are, and so how far apart right surfaces may lie; shares above this say no
 /// more.
@@ -65,7 +65,7 @@ impl Predictors {
             self.disagreeing.min(MAX_DISAGREEING),
             self.contradictions,
             excluded((-self.log10_false_alarms).max(0.0)),
-            self.stiffness.max(MIN_STIFFNESS).ln(),
+            self.stiffness.max(SMALLEST_STIFFNESS).ln(),
             self.normal_angle.min(MAX_NORMAL_ANGLE),
         ]
     }

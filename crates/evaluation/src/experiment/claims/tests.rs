@@ -6,9 +6,9 @@ fn count(dataset: &str, metric: &'static str, right: usize) -> Count {
     let cell = Cell {
         variant: "v".to_owned(),
         nuisance: "none".to_owned(),
-        estimator: "RANSAC",
+        estimator: "RANSAC".into(),
         iterations: ITERATIONS,
-        metric,
+        metric: metric.into(),
         threshold_pr: THRESHOLD_PR,
     };
     Count { dataset: dataset.to_owned(), cell, d_rmse: D_RMSE, right, total: 100, microseconds: None }
@@ -80,8 +80,9 @@ fn flatness_is_judged_from_5_to_15_pr() {
 #[test]
 fn two_points_are_to_help_all_three() {
     let with_two = |right| {
-        let of =
-            |estimator: &'static str, right| BEST.map(|m| with(count("set", m, right), |c| c.estimator = estimator));
+        let of = |estimator: &'static str, right| {
+            BEST.map(|m| with(count("set", m, right), |c| c.estimator = estimator.into()))
+        };
         [of("RANSAC", 30), of("2SAC-GC", right)].concat()
     };
     assert_eq!(one("estimators", with_two(30), "2SAC-GC"), (true, "MAE +0.0, MSE +0.0, LOG-COSH +0.0".to_owned()));

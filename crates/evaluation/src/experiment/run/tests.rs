@@ -49,7 +49,7 @@ fn every_cell_is_measured_and_many_hypotheses_beat_one() {
         let found = cells.iter().find(|m| {
             m.cell.nuisance == nuisance
                 && m.cell.iterations == iterations
-                && (m.cell.estimator, m.cell.metric, m.cell.threshold_pr) == ("RANSAC", "MSE", 7.5)
+                && (&*m.cell.estimator, &*m.cell.metric, m.cell.threshold_pr) == ("RANSAC", "MSE", 7.5)
         });
         found.unwrap().clone()
     };
