@@ -58,7 +58,7 @@ impl GroundTruth {
     #[must_use]
     pub fn of_points(points: Pair<&[Point]>, origins: Pair<Vector3<f64>>, target_from_source: &RigidTransform) -> Self {
         let truth = uncentred(target_from_source, &-origins.source, &-origins.target);
-        let indices = points.map(|points| NeighborIndex::new(points));
+        let indices = points.par_map(NeighborIndex::new);
         let pr = points
             .zip(indices.as_ref())
             .map(|(points, index)| resolution(points, index).expect("two distinct points have a distance").mean);

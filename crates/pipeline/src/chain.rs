@@ -140,13 +140,14 @@ impl<'a> Chain<'a, '_> {
 
     fn keypoints(&mut self, surfaces: &Pair<Surface>) -> Pair<Vec<Keypoint>> {
         let (config, resolution) = (self.config, self.resolution);
-        self.clock.time(Stage::Keypoints, || surfaces.map(|surface| stages::detect(surface, config, resolution)))
+        self.clock
+            .time(Stage::Keypoints, || surfaces.as_ref().par_map(|surface| stages::detect(surface, config, resolution)))
     }
 
     fn features(&mut self, surfaces: &Pair<Surface>, keypoints: &Pair<Vec<Keypoint>>) -> Pair<Features> {
         let (config, resolution) = (self.config, self.resolution);
         self.clock.time(Stage::Description, || {
-            surfaces.as_ref().zip(keypoints.as_ref()).map(|(surface, keypoints)| {
+            surfaces.as_ref().zip(keypoints.as_ref()).par_map(|(surface, keypoints)| {
                 let points: Vec<u32> = keypoints.iter().map(|keypoint| keypoint.index).collect();
                 stages::describe(surface, &points, config, resolution)
             })
@@ -206,7 +207,7 @@ impl<'a> Chain<'a, '_> {
         let (resolution, sampling) = (self.resolution, &self.config.sampling);
         let fields = self.memory.fields.get(sampling).unwrap_or_else(|| {
             let new = |surface: &Surface| Arc::new(Fields::new(surface, dense, resolution));
-            let fields = self.clock.time(Stage::Ranking, || surfaces.map(new));
+            let fields = self.clock.time(Stage::Ranking, || surfaces.as_ref().par_map(new));
             self.memory.fields.keep(sampling.clone(), &fields);
             fields
         });

@@ -182,7 +182,7 @@ impl Collection {
         let config = PipelineConfig { seed, ..self.config.clone() };
         let mut clock = Clock::new(observe);
         let as_they_are = Pair { source: Variant::default(), target: Variant::default() };
-        let origins = supplied(&supply, as_they_are, &mut clock)?.into_map(|scan| scan.origin);
+        let origins = supplied(&supply, as_they_are, &mut clock)?.map(|scan| scan.origin);
         let bounds = prior.bounds(&origins);
         let mut memory = Memory::default();
         let best = escalated(&config, &mut clock, |config, signs, clock| {
@@ -215,8 +215,8 @@ impl Collection {
             },
             Err(_) => Pair::default(),
         };
-        let scans = supplied(supply, turned.into_map(|turned| Variant { turned, ..kept }), clock)?;
-        let counts = Counts { points: scans.map(|scan| scan.points), ..Counts::default() };
+        let scans = supplied(supply, turned.map(|turned| Variant { turned, ..kept }), clock)?;
+        let counts = Counts { points: scans.as_ref().map(|scan| scan.points), ..Counts::default() };
         let (raw_resolution, resolution) = (self.raw_resolution, self.resolutions[budget]);
         let proposals = Proposals::Searched;
         let mut chain = Chain { config, bounds, proposals, memory, clock, signs, counts, raw_resolution, resolution };
@@ -238,7 +238,7 @@ impl Collection {
             trace.features = both.map(|scan| scan.features.clone());
             chain.answered(&prepared, &mut trace)
         });
-        let outcome = outcome.map_err(|failure| failure.explained(scans.map(|scan| scan.extent)));
+        let outcome = outcome.map_err(|failure| failure.explained(scans.as_ref().map(|scan| scan.extent)));
         let counts = chain.counts;
         // Nobody looks at the trace of a pair among many.
         let settings = Settings { config: config.clone(), signs };

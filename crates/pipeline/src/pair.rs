@@ -10,17 +10,13 @@ pub struct Pair<T> {
 }
 
 impl<T> Pair<T> {
-    /// The same work for both scans, side by side where there are threads.
-    pub fn map<U: Send>(&self, work: impl Fn(&T) -> U + Sync) -> Pair<U>
-    where
-        T: Sync,
-    {
-        let (source, target) = rayon::join(|| work(&self.source), || work(&self.target));
-        Pair { source, target }
+    /// The same for both.
+    pub fn map<U>(self, mut of: impl FnMut(T) -> U) -> Pair<U> {
+        Pair { source: of(self.source), target: of(self.target) }
     }
 
-    /// The same, with what is handed over used up.
-    pub fn into_map<U: Send>(self, work: impl Fn(T) -> U + Sync) -> Pair<U>
+    /// The same work for both scans, side by side where there are threads.
+    pub fn par_map<U: Send>(self, work: impl Fn(T) -> U + Sync) -> Pair<U>
     where
         T: Send,
     {

@@ -17,7 +17,7 @@ impl PreparedPair {
     pub(crate) fn with_signs(self, signs: Signs) -> Option<Self> {
         let turned = signs.turned(&self.oriented)?;
         let turn = |(surface, turned): (Surface, bool)| if turned { surface.flipped() } else { surface };
-        Some(PreparedPair { surfaces: self.surfaces.zip(turned).into_map(turn), ..self })
+        Some(PreparedPair { surfaces: self.surfaces.zip(turned).map(turn), ..self })
     }
 
     pub(crate) fn trusted_viewpoints(&self) -> Pair<Option<Vector3<f64>>> {
@@ -28,7 +28,7 @@ impl PreparedPair {
 impl Signs {
     /// On which scan the normals are turned; nothing where there is nothing to turn.
     pub(crate) fn turned(self, oriented: &Pair<Oriented>) -> Option<Pair<bool>> {
-        let kept = oriented.zip(Pair { source: oriented.target, target: oriented.source }).into_map(is_model_of);
+        let kept = oriented.zip(Pair { source: oriented.target, target: oriented.source }).map(is_model_of);
         match self {
             Signs::Kept => Some(kept),
             Signs::Other if oriented.source.sure && oriented.target.sure => None,

@@ -77,7 +77,7 @@ impl<'a> Ranking<'a> {
         resolution: f64,
     ) -> Self {
         let parts = surfaces.as_ref().zip(fields.as_ref()).zip(viewpoints.as_ref());
-        let surfaces = parts.map(|&((surface, fields), viewpoint)| {
+        let surfaces = parts.par_map(|((surface, fields), viewpoint)| {
             let image = |from: &Vector3<f64>| DepthImage::new(surface.points(), &narrow(from), PIXEL * resolution);
             DenseSurface { surface, near: &fields.near, far: &fields.far, depth: viewpoint.as_ref().map(image) }
         });

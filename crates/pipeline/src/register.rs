@@ -56,7 +56,7 @@ pub fn register_traced(
         Ok::<_, Infallible>(attempt(&scans, &bounds, Proposals::Searched, config, signs, &mut memory, clock))
     });
     let trace = std::mem::take(&mut best.trace);
-    (best.registration(&scans.into_map(|scan| *scan.origin()), clock), trace)
+    (best.registration(&scans.map(|scan| *scan.origin()), clock), trace)
 }
 
 /// The first attempt that is believed, or else the best one. Where the normals' side is unsure, the other side is heard before

@@ -81,7 +81,7 @@ impl Chain<'_, '_> {
 /// How many times as far apart as they are rough surfaces lie where they touch, if that is too many. Nothing where more of them touch
 /// with normals that disagree: then their sides are mistaken, and what is left says nothing.
 fn times_too_far_apart(touch: &DenseAgreement, surfaces: &Pair<Surface>) -> Option<f64> {
-    let rough = surfaces.as_ref().into_map(roughness);
+    let rough = surfaces.as_ref().par_map(roughness);
     let times = touch.residual / (0.5 * (rough.source? + rough.target?));
     (times > FAR_APART && touch.overlap > touch.disagreeing).then_some(times)
 }

@@ -14,7 +14,7 @@
 //!
 //! let prepared = stages::prepare(&[&scans[0], &scans[1]], &config, None)?;
 //! let (surfaces, pr) = (Pair::of_two(prepared.surfaces), prepared.resolution);
-//! let features = surfaces.map(|surface| {
+//! let features = surfaces.as_ref().par_map(|surface| {
 //!     let keypoints = stages::detect(surface, &config, pr);
 //!     let points: Vec<u32> = keypoints.iter().map(|keypoint| keypoint.index).collect();
 //!     stages::describe(surface, &points, &config, pr)

@@ -16,7 +16,7 @@ const POINTS: usize = 5000;
 /// with the source moved by it. Points that are not finite are left out.
 #[must_use]
 pub fn before_and_after(scans: Pair<&[[f64; 3]]>, target_from_source: Option<&RigidTransform>) -> String {
-    let Pair { source, target } = scans.map(|points| drawn(points));
+    let Pair { source, target } = scans.map(drawn);
     let view = View::of(&target);
     let panels = if target_from_source.is_some() { 2.0 } else { 1.0 };
     let mut svg = format!(

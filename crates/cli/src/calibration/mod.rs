@@ -107,7 +107,7 @@ fn register_all(trials: &[Trial<'_>], config: &PipelineConfig, rows: &mut Rows) 
 
 fn registered(trial: &Trial<'_>, config: &PipelineConfig) -> Result<CalibrationRow> {
     let Scene { scans, target_from_source } = (trial.scene)()?;
-    let scans = scans.map(Scan::new).both().context("a scan cannot be used")?;
+    let scans = scans.par_map(|raw| Scan::new(&raw)).both().context("a scan cannot be used")?;
     let tried = register_tried(&scans.source, &scans.target, config, BEYOND_DOUBT);
     let error = |pose| target_from_source.as_ref().map(|truth| error_pr(scans.as_ref(), truth, pose));
     let attempts = tried.iter().filter_map(|tried| AttemptRow::new(tried, error(&tried.target_from_source))).collect();

@@ -92,7 +92,7 @@ impl Aligned {
         truth: Option<&'a RigidTransform>,
     ) -> PairReport<'a> {
         PairReport {
-            names: names.as_ref().into_map(String::as_str),
+            names: names.as_ref().map(String::as_str),
             scans: self.scans.as_ref(),
             registration: &self.registration,
             trace: &self.trace,
@@ -154,7 +154,7 @@ pub(super) fn align(
     }
     let start = Instant::now();
     let keeps = Pair { source: raw_source == RawSource::Kept, target: false };
-    let loaded = files.zip(viewpoints).zip(keeps).map(|&((path, viewpoint), keeps)| -> Result<_> {
+    let loaded = files.zip(viewpoints).zip(keeps).par_map(|((path, viewpoint), keeps)| -> Result<_> {
         let Loaded { raw, scan } = load_seen_from(path, viewpoint)?;
         Ok((scan, keeps.then_some(raw)))
     });
@@ -202,7 +202,7 @@ pub(super) fn write_page(
 
 /// The names of files without their folders.
 pub(super) fn names_of(files: Pair<&Path>) -> Pair<String> {
-    files.into_map(|file| file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned())
+    files.map(|file| file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned())
 }
 
 /// Writes a scan under a rigid motion, with all that the format holds of it.

@@ -93,7 +93,7 @@ fn measure_overlaps(pairs: &mut [TruePair]) {
 
 fn measured(pair: &TruePair) -> Option<f64> {
     let files = Pair { source: &pair.source_file, target: &pair.target_file };
-    let scans = files.map(|file| load(file)).both().ok()?.into_map(|loaded| loaded.scan);
+    let scans = files.par_map(|file| load(file)).both().ok()?.map(|loaded| loaded.scan);
     Some(GroundTruth::of_scans(scans.as_ref(), &pair.target_from_source).overlap())
 }
 

@@ -50,7 +50,7 @@ pub(super) fn run(args: &EstimateArgs) -> Result<ExitCode> {
     let inputs: Vec<&Path> = scans.chain([&args.matches]).map(PathBuf::as_path).collect();
     outputs::check(&inputs, args.output.as_deref().as_slice())?;
     let scans = match (&args.source, &args.target) {
-        (Some(source), Some(target)) => Some(Pair { source, target }.map(|path| load(path)).both()?),
+        (Some(source), Some(target)) => Some(Pair { source, target }.par_map(|path| load(path)).both()?),
         _ => None,
     };
     let raw: Option<[&RawScan; 2]> = scans.as_ref().map(|pair| [&pair.source.raw, &pair.target.raw]);
@@ -92,7 +92,7 @@ impl Input {
         let prepared = prepare(&[&scans.source.scan, &scans.target.scan], config, args.stage.resolution);
         let Prepared { surfaces, resolution, .. } = prepared.with_context(|| files().join(" and "))?;
         let surfaces = Pair::of_two(surfaces);
-        let origins = scans.as_ref().into_map(|loaded| *loaded.scan.origin());
+        let origins = scans.as_ref().map(|loaded| *loaded.scan.origin());
         let centred = centred_pairs(pairs, &origins).with_context(|| args.matches.display().to_string())?;
         let evidence = evidence_near(&surfaces, &centred, config, resolution);
         Ok(Input { surfaces, evidence, origins, resolution })

@@ -123,7 +123,7 @@ fn evaluate(trial: Trial<'_>, configuration: &str, selected: &[Selected], rows: 
 fn judged(dataset: &str, pair: &TruePair, Trial { config, spoil }: Trial<'_>) -> PairRow {
     let row = |overlap: f64| PairRow::new(dataset, &pair.source, &pair.target, overlap);
     let files = Pair { source: &pair.source_file, target: &pair.target_file };
-    let loaded = match files.map(|file| load(file)).both().with_context(|| format!("named at {}", pair.place)) {
+    let loaded = match files.par_map(|file| load(file)).both().with_context(|| format!("named at {}", pair.place)) {
         Ok(scans) => scans,
         Err(error) => return row(pair.overlap.unwrap_or(0.0)).with_error(format!("{error:#}")),
     };
@@ -143,7 +143,7 @@ fn judged(dataset: &str, pair: &TruePair, Trial { config, spoil }: Trial<'_>) ->
 /// The scans after all that they are to suffer, each of its own; `pr` in data units.
 fn spoilt(loaded: Pair<Loaded>, spoil: &[Nuisance], pr: f64, seed: u64) -> Result<Pair<Scan>, ScanError> {
     if spoil.is_empty() {
-        return Ok(loaded.into_map(|loaded| loaded.scan));
+        return Ok(loaded.map(|loaded| loaded.scan));
     }
     let streams = Pair { source: seed.wrapping_mul(2), target: seed.wrapping_mul(2).wrapping_add(1) };
     let spoil = |(loaded, seed): (Loaded, u64)| {
@@ -152,7 +152,7 @@ fn spoilt(loaded: Pair<Loaded>, spoil: &[Nuisance], pr: f64, seed: u64) -> Resul
         let spoilt = spoil.iter().zip(seeds).fold(loaded.raw, |scan, (nuisance, seed)| nuisance.apply(&scan, pr, seed));
         Scan::new(&spoilt)
     };
-    loaded.zip(streams).into_map(spoil).both()
+    loaded.zip(streams).par_map(spoil).both()
 }
 
 /// What tells a pair from all others: its names and its truth.

@@ -134,7 +134,7 @@ fn measure(experiments: &mut [Experiment], selected: &[Selected]) {
 
 fn measured(experiments: &[&mut Experiment], pair: &TruePair) -> Outcome {
     let files = Pair { source: &pair.source_file, target: &pair.target_file };
-    let scans = files.map(|file| read_scan(file)).both().with_context(|| format!("named at {}", pair.place))?;
+    let scans = files.par_map(|file| read_scan(file)).both().with_context(|| format!("named at {}", pair.place))?;
     let requests: Vec<Request<'_>> =
         experiments.iter().map(|e| Request { plan: &e.plan, variants: &e.variants }).collect();
     Ok(run_pair(&requests, scans.as_ref(), &pair.target_from_source)?)

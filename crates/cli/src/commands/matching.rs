@@ -22,7 +22,7 @@ pub(super) fn run(args: &MatchArgs) -> Result<ExitCode> {
             args.source.display()
         );
     }
-    let (places, features) = both.into_map(numbered).unzip();
+    let (places, features) = both.map(numbered).unzip();
     let matches = match_features(&features, &config);
     let row = |m: &congruent_matching::Correspondence| MatchRow {
         source: places.source[m.source as usize],

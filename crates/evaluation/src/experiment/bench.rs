@@ -56,7 +56,7 @@ pub(super) struct Case {
 
 impl<'a> Bench<'a> {
     pub(super) fn new(scans: Pair<&'a RawScan>, truth: &RigidTransform) -> Result<Self, Problem> {
-        let clean = scans.map(|raw| Scan::new(raw)).both()?;
+        let clean = scans.par_map(Scan::new).both()?;
         let judge = Rc::new(GroundTruth::of_scans(clean.as_ref(), truth));
         Ok(Bench {
             scans,

@@ -161,7 +161,7 @@ mod tests {
     #[test]
     fn a_right_answer_has_small_errors_and_as_many_inliers_as_it_says() {
         let pair = figurine_pair(&PairOptions { pixels: 120, view_angle: 0.3, ..PairOptions::default() });
-        let scans = Pair { source: &pair.source, target: &pair.target }.into_map(|raw| Scan::new(raw).unwrap());
+        let scans = Pair { source: &pair.source, target: &pair.target }.map(|raw| Scan::new(raw).unwrap());
         let config = PipelineConfig::default();
         let (registration, trace) = register_traced(scans.as_ref(), &Prior::default(), &config, &|_| ());
         let report = |truth| PairReport {

@@ -15,10 +15,11 @@ const TARGET_BODY: usize = 1;
 
 impl PairReport<'_> {
     pub(super) fn scene(&self) -> Scene {
-        let scans = self.scans.map(|scan| file_points(scan));
-        let coordinates = scans.map(|points| points.iter().map(|p| p.coords.into()).collect::<Vec<[f64; 3]>>());
+        let scans = self.scans.map(file_points);
+        let coordinates =
+            scans.as_ref().map(|points| points.iter().map(|p| p.coords.into()).collect::<Vec<[f64; 3]>>());
         let pose = self.registration.target_from_source.as_ref();
-        let fallback = before_and_after(coordinates.as_ref().into_map(Vec::as_slice), pose);
+        let fallback = before_and_after(coordinates.as_ref().map(Vec::as_slice), pose);
         let cloud = |name: &str, body, points, colour: &str, errors| {
             Layer::Points(Points { name: name.to_owned(), body, points, colour: colour.to_owned(), errors })
         };
