@@ -336,6 +336,7 @@ void run(const Inputs& in, int rounds)
   const std::vector<std::pair<std::string, Work>> stages{
       {"read-ply", read_ply},
       {"index", index},
+      {"index-grid", index},
       {"resolution", measured_resolution},
       {"voxel-grid", voxel_grid},
       {"normals", normals},

@@ -88,6 +88,7 @@ def open3d(t):
         "read-ply": lambda: len(o3d.io.read_point_cloud(f"{t.folder}/scan.ply").points),
         "clean": clean,
         "index": lambda: bool(search.KDTreeFlann(whole)),
+        "index-grid": lambda: bool(search.KDTreeFlann(whole)),
         "resolution": lambda: float(np.mean(whole.compute_nearest_neighbor_distance())) > 0,
         "voxel-grid": lambda: len(search.PointCloud(whole.points).voxel_down_sample(LEAF * t.pr).points),
         "normals": normals,
@@ -124,6 +125,7 @@ def small_gicp(t):
     return {
         "read-ply": lambda: gicp.read_ply(f"{t.folder}/scan.ply").size(),
         "index": lambda: bool(gicp.KdTree(whole, num_threads=t.threads)),
+        "index-grid": lambda: bool(gicp.KdTree(whole, num_threads=t.threads)),
         "resolution": lambda: len(tree.batch_knn_search(points, 2, t.threads)[1]),
         "voxel-grid": lambda: gicp.voxelgrid_sampling(whole, LEAF * t.pr, t.threads).size(),
         "normals": normals,
@@ -144,6 +146,7 @@ def scipy(t):
 
     return {
         "index": lambda: bool(cKDTree(points)),
+        "index-grid": lambda: bool(cKDTree(points)),
         "resolution": lambda: float(tree.query(points, k=2, workers=t.threads)[0][:, 1].mean()) > 0,
         "match-352": lambda: two_nearest(352),
         "match-33": lambda: two_nearest(33),

@@ -36,5 +36,5 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn registered(source: &Path, target: &Path) -> Result<Registration, Box<dyn Error>> {
     let (source, target) = (Scan::new(&read_scan(source)?)?, Scan::new(&read_scan(target)?)?);
-    Ok(register(&source, &target, &PipelineConfig::default(), &|_| {}))
+    Ok(register(&source, &target, &PipelineConfig::default()))
 }

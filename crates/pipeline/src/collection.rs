@@ -390,7 +390,7 @@ mod tests {
         };
         for (config, expected) in [(believed, true), (doubtful, false)] {
             let one = registered(&scans, &config);
-            let other = register(&scans.source, &scans.target, &config, &|_| {});
+            let other = register(&scans.source, &scans.target, &config);
             assert_eq!((one.verdict == Verdict::Ok, other.verdict == Verdict::Ok), (expected, expected));
             for found in [&one, &other] {
                 let off = mean_displacement(scans.source.points(), &found.target_from_source.unwrap(), &motion);

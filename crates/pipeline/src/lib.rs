@@ -36,7 +36,7 @@ pub use pair::Pair;
 pub use preparation::count_strays;
 pub use prior::{Guess, MAX_TILT, Prior, tilt};
 pub use refine::refine;
-pub use register::{Tried, register, register_traced, register_tried};
+pub use register::{Tried, register, register_traced, register_tried, register_within};
 pub use registration::{Agreement, Counts, Registration, Settings, Verdict, VerdictKind};
 pub use stage::{Stage, StageTime};
 pub use trace::Trace;

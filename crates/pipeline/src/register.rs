@@ -15,8 +15,8 @@ use std::convert::Infallible;
 
 /// Registers two scans.
 ///
-/// `observe` is told each stage as it begins. The result is the same, bit for bit, on any number of threads; it runs
-/// on rayon's current pool. A pair that cannot be registered is an answer too, with the reason in its verdict.
+/// The result is the same, bit for bit, on any number of threads; the work runs on rayon's current pool. A pair that cannot be
+/// registered is a result too, with the reason in its verdict.
 ///
 /// ```
 /// use congruent_geometry::Scan;
@@ -26,7 +26,7 @@ use std::convert::Infallible;
 /// // Two looks at a figurine; `congruent_io::read_scan` reads yours.
 /// let pair = figurine_pair(&PairOptions::default());
 /// let (source, target) = (Scan::new(&pair.source)?, Scan::new(&pair.target)?);
-/// let found = register(&source, &target, &PipelineConfig::default(), &|_stage| ());
+/// let found = register(&source, &target, &PipelineConfig::default());
 /// match (&found.verdict, &found.target_from_source) {
 ///     (Verdict::Ok, Some(pose)) => println!("{pose}"),
 ///     (Verdict::Failed(reason), _) => println!("not registered: {reason}"),
@@ -36,12 +36,21 @@ use std::convert::Infallible;
 /// # Ok::<(), congruent_geometry::ScanError>(())
 /// ```
 #[must_use]
-pub fn register(source: &Scan, target: &Scan, config: &PipelineConfig, observe: &dyn Fn(Stage)) -> Registration {
-    register_traced(Pair { source, target }, &Prior::default(), config, observe).0
+pub fn register(source: &Scan, target: &Scan, config: &PipelineConfig) -> Registration {
+    register_within(source, target, &Prior::default(), config)
 }
 
-/// The same with what is known of the pose beforehand, and with what the stages of the attempt that gave the answer have
-/// left. A pose that the prior excludes is never proposed, looked at or returned; its guess, refined, competes.
+/// Registers two scans whose pose is partly known.
+///
+/// A pose that the prior excludes is never proposed, examined or returned; the prior's guess, refined, competes with the others.
+#[must_use]
+pub fn register_within(source: &Scan, target: &Scan, prior: &Prior, config: &PipelineConfig) -> Registration {
+    register_traced(Pair { source, target }, prior, config, &|_| ()).0
+}
+
+/// Registers two scans as [`register_within`] does, and also returns what the stages of the deciding attempt produced.
+///
+/// `observe` is called with each stage as it begins.
 #[must_use]
 pub fn register_traced(
     scans: Pair<&Scan>,

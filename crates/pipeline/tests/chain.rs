@@ -63,7 +63,7 @@ fn pair(view_angle_deg: f64) -> ScanPair {
 }
 
 fn run(source: &RawScan, target: &RawScan, config: &PipelineConfig) -> Registration {
-    register(&Scan::new(source).unwrap(), &Scan::new(target).unwrap(), config, &|_| {})
+    register(&Scan::new(source).unwrap(), &Scan::new(target).unwrap(), config)
 }
 
 /// Mean distance between where the answer and where the truth puts the source, in resolutions of the source.
@@ -394,7 +394,7 @@ fn metres_and_millimetres_are_told_apart() {
     let pair = pair(30.0);
     let [source, target] = [scaled(&pair.source, 1e-3), pair.target].map(|raw| Scan::new(&raw).unwrap());
     for (name, config) in presets() {
-        let found = register(&source, &target, &config, &|_| ());
+        let found = register(&source, &target, &config);
         assert!(matches!(found.verdict, Verdict::Failed(Failure::OtherUnits { .. })), "{name}: {:?}", found.verdict);
     }
 }

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use congruent_geometry::{Length, RawScan, RigidTransform, Scan, angle_between, mean_displacement};
-use congruent_pipeline::{Failure, Guess, Pair, PipelineConfig, Prior, Registration, Verdict, refine, register_traced};
+use congruent_pipeline::{Failure, Guess, Pair, PipelineConfig, Prior, Registration, Verdict, refine, register_within};
 use congruent_simulation::nuisances::moved;
 use congruent_simulation::pair::{PairOptions, ScanPair, figurine_pair};
 use congruent_simulation::scanner::{RangeNoise, VirtualScanner, look_at};
@@ -20,7 +20,7 @@ fn run_once(source: &RawScan, target: &RawScan, prior: &Prior) -> Registration {
 
 fn run_with(source: &RawScan, target: &RawScan, prior: &Prior, config: &PipelineConfig) -> Registration {
     let (source, target) = (Scan::new(source).unwrap(), Scan::new(target).unwrap());
-    register_traced(Pair { source: &source, target: &target }, prior, config, &|_| {}).0
+    register_within(&source, &target, prior, config)
 }
 
 fn guess(target_from_source: RigidTransform, degrees: f64, translation: Length) -> Prior {

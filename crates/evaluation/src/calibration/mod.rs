@@ -1,8 +1,9 @@
 //! How far the confidence can be trusted, and the coefficients that make it so.
 //!
-//! Pairs with a known truth become rows, with what every attempt came to, so that a row says what the program would answer
-//! under any calibration (but for the search for a more believable pose, which began where the rows were made); [`calibrated`] makes a [`Calibration`] of them, [`Validation`] says what such a calibration is
-//! worth on pairs that it has not seen.
+//! Pairs with a known truth become rows with the outcome of every attempt, so that a row says what the program would answer
+//! under any calibration. Two things do not follow from a row: the search for a more credible pose, which began where the
+//! rows were made, and the attempt with the other side of uncertain normals before an answer is accepted. [`calibrated`]
+//! makes a [`Calibration`] of the rows, and [`Validation`] says what such a calibration is worth on pairs that it has not seen.
 
 mod logistic;
 mod validation;

@@ -5,8 +5,8 @@ use super::inputs::{LEAF, NEIGHBORS};
 use congruent_descriptors::{Descriptor, FpfhConfig, ShotConfig, SpinImageConfig};
 use congruent_estimators::{Compatibility, Graph, Pivots, ThreePoint, sample};
 use congruent_geometry::{
-    Length, NeighborIndex, Neighborhood, Orientation, Point, RigidTransform, Scan, estimate_normals, fit_three, orient,
-    resolution, voxel_centroids,
+    Length, NeighborIndex, Neighborhood, OrderedPoints, Orientation, Point, RigidTransform, Scan, estimate_normals,
+    fit_three, orient, resolution, voxel_centroids,
 };
 use congruent_io::read_scan;
 use congruent_keypoints::{Detector, HarrisConfig, IssConfig};
@@ -51,6 +51,7 @@ pub(crate) const STAGES: &[Stage] = &[
     Stage { name: "read-ply", run: |i| read_scan(&i.file).map_or(0, |scan| scan.points.len()) },
     Stage { name: "clean", run: |i| Scan::new(&i.raw).map_or(0, |scan| scan.points().len()) },
     Stage { name: "index", run: |i| NeighborIndex::new(i.surface.points()).len() },
+    Stage { name: "index-grid", run: |i| OrderedPoints::new(i.surface.points(), LEAF * i.pr()).cells().order().len() },
     Stage { name: "resolution", run: |i| resolution(i.surface.points(), i.surface.index()).iter().count() },
     Stage { name: "voxel-grid", run: |i| voxel_centroids(i.surface.points(), None, LEAF * i.pr()).points.len() },
     Stage { name: "normals", run: normals },
