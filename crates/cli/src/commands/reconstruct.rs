@@ -3,9 +3,11 @@
 use crate::args::{PairChoice, ReconstructArgs};
 use crate::batch::{self, Ended, Input};
 use crate::output;
-use crate::reconstruct::{self, Surfaces};
+use crate::reconstruct::{self, Pairs};
 use anyhow::{Result, bail};
 use congruent_multiway::{Settings, reconstruct as solved};
+use congruent_pipeline::Variant;
+use congruent_reconstruction::{Surfaces, proposals};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -35,12 +37,15 @@ fn reconstructed(args: &ReconstructArgs, ended: &Ended<'_>) -> Result<ExitCode> 
         bail!("{}: no scan there can be used; {} says why", args.folder.display(), args.output.display());
     };
     let pr = collection.resolution();
-    let surfaces = Surfaces::of(ended, pr);
-    let proposals = reconstruct::proposals(ended, &surfaces);
+    let described = |at: usize| ended.survey.described(ended.input, ended.cache, at, Variant::default()).ok();
+    let surfaces = Surfaces::new(ended.input.scans.len(), described, pr);
+    let (ids, registered) = reconstruct::registered(ended);
+    let proposals = proposals(&registered, &surfaces);
     let candidates: Vec<_> = proposals.iter().filter_map(|p| p.candidate.clone()).collect();
     output::remark(&format!("{} poses between scans that touch; solving for all scans", candidates.len()));
     let result = solved(&surfaces.nodes(), &candidates, &surfaces, &Settings::new(pr));
-    let outcome = reconstruct::Outcome::new(ended, &result, proposals, &surfaces, pr);
+    let pairs = Pairs { ids: &ids, registered: &registered, proposals: &proposals };
+    let outcome = reconstruct::Outcome::new(ended, &result, &pairs, &surfaces, pr);
     reconstruct::write(args, ended, &outcome, &surfaces)?;
     output::data(&if args.json { outcome.json() } else { outcome.text(&args.output) })?;
     Ok(if outcome.is_complete() { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })

@@ -1,14 +1,15 @@
 //! What is put into the output folder.
 
+use super::model;
 use super::outcome::{Outcome, ScanLine};
 use super::page::page;
-use super::{Surfaces, model};
 use crate::args::ReconstructArgs;
 use crate::batch::Ended;
 use anyhow::Result;
 use congruent_geometry::{RigidTransform, to_rows};
 use congruent_io::{csv_line, write_file, write_pose};
 use congruent_multiway::Edge;
+use congruent_reconstruction::Surfaces;
 use nalgebra::{Matrix6, Vector3};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

@@ -1,14 +1,12 @@
-//! The parts of `congruent reconstruct`: what the rows propose, what the surfaces say to it, and what is written.
+//! What `congruent reconstruct` makes of the rows of a batch, and what it writes.
 
 mod files;
 mod model;
 mod outcome;
 mod page;
-mod proposals;
-mod surfaces;
+mod rows;
 mod words;
 
 pub(crate) use files::write;
-pub(crate) use outcome::Outcome;
-pub(crate) use proposals::proposals;
-pub(crate) use surfaces::Surfaces;
+pub(crate) use outcome::{Outcome, Pairs};
+pub(crate) use rows::registered;

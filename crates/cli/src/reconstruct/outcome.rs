@@ -1,12 +1,11 @@
 //! The result in terms of files.
 
-use super::Surfaces;
-use super::proposals::Proposal;
 use super::words::{fate_name, fate_words, overview};
 use crate::batch::Ended;
-use congruent_geometry::{RigidTransform, to_rows, uncentred};
+use congruent_geometry::{RigidTransform, to_rows};
 use congruent_multiway::{Edge, Fate, Reconstruction, Touch};
 use congruent_pipeline::VerdictKind;
+use congruent_reconstruction::{Proposal, Registered, Surfaces};
 use serde::Serialize;
 use std::path::Path;
 
@@ -77,11 +76,19 @@ pub(super) struct ContactLine {
     pub(super) ends: [usize; 2],
 }
 
+/// The pairs that were registered, and what they propose.
+pub(crate) struct Pairs<'a> {
+    /// Of the rows.
+    pub(crate) ids: &'a [String],
+    pub(crate) registered: &'a [Registered],
+    pub(crate) proposals: &'a [Proposal],
+}
+
 impl Outcome {
     pub(crate) fn new(
         ended: &Ended<'_>,
         result: &Reconstruction,
-        proposals: Vec<Proposal>,
+        pairs: &Pairs<'_>,
         surfaces: &Surfaces,
         pr: f64,
     ) -> Outcome {
@@ -98,26 +105,27 @@ impl Outcome {
             })
             .collect();
         let mut fates = result.fates.iter();
-        let mut pair = |proposal: Proposal| {
+        let mut pair = |proposal: &Proposal| {
             let fate = proposal.candidate.as_ref().and_then(|_| fates.next());
+            let Registered { source, target, verdict, .. } = pairs.registered[proposal.pair];
             PairLine {
-                source: name(proposal.source),
-                target: name(proposal.target),
+                source: name(source),
+                target: name(target),
                 fate: fate_name(fate),
                 is_used: matches!(fate, Some(Fate::Kept | Fate::Agrees)),
                 reason: fate_words(fate, pr),
-                ends: [proposal.source, proposal.target],
-                id: proposal.id,
-                verdict: proposal.verdict,
+                ends: [source, target],
+                id: pairs.ids[proposal.pair].clone(),
+                verdict,
                 confidence: proposal.confidence,
             }
         };
-        let pairs = proposals.into_iter().map(&mut pair).collect();
+        let pairs = pairs.proposals.iter().map(&mut pair).collect();
         let components: Vec<&Vec<usize>> = result.components.iter().filter(|members| members.len() > 1).collect();
         let scans = (0..ended.input.scans.len())
             .map(|at| {
                 let component = components.iter().position(|members| members.contains(&at));
-                let placed = component.map(|number| in_files(result, surfaces, at, components[number][0]));
+                let placed = component.map(|number| surfaces.in_files(result, at, components[number][0]));
                 let own: Vec<&ContactLine> = contacts.iter().filter(|contact| contact.ends[0] == at).collect();
                 ScanLine {
                     scan: name(at),
@@ -157,19 +165,11 @@ impl Outcome {
     }
 }
 
-/// A pose for file coordinates: from the file of a scan into that of its component's first scan.
-fn in_files(result: &Reconstruction, surfaces: &Surfaces, at: usize, first: usize) -> RigidTransform {
-    match (surfaces.scan(at), surfaces.scan(first)) {
-        (Some(own), Some(frame)) => uncentred(&result.frame_from_scan[at], &own.origin, &frame.origin),
-        _ => result.frame_from_scan[at],
-    }
-}
-
 fn problem(ended: &Ended<'_>, result: &Reconstruction, surfaces: &Surfaces, at: usize) -> String {
     if let Err(message) = &ended.survey.scans[at] {
         return message.clone();
     }
-    if surfaces.scan(at).is_none() {
+    if surfaces.surface(at).is_none() {
         return "sampling leaves too few points of it; choose smaller cells in [sampling]".to_owned();
     }
     debug_assert!(result.components.iter().any(|members| members == &[at]));

@@ -1,12 +1,12 @@
 //! The page of a reconstruction: the model, the graph, and who touches whom.
 
-use super::Surfaces;
 use super::model::colour;
 use super::outcome::{Outcome, PairLine};
 use super::words::overview;
 use congruent_geometry::{RigidTransform, wide};
+use congruent_reconstruction::Surfaces;
 use congruent_report::{Block, Cell, Layer, Lines, Page, Points, Scene, State, Table, Tone, digits};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
 /// Points of all scans of a view together.
 const MAX_POINTS: usize = 300_000;
@@ -66,7 +66,7 @@ fn scene(outcome: &Outcome, surfaces: &Surfaces, number: usize) -> Scene {
         members.iter().map(|&at| Layer::Points(cloud(outcome, surfaces, at, MAX_POINTS / members.len()))).collect();
     let inside = |ends: &[usize; 2]| ends.iter().all(|at| members.contains(at));
     let graph = |name: &str, colour: &str, shown: bool, ends: Vec<[usize; 2]>| {
-        let middle = |at: usize| pose(at) * Point3::from(surfaces.scan(at).map_or_else(Vector3::zeros, |s| s.origin));
+        let middle = |at: usize| pose(at) * Point3::from(surfaces.origin(at));
         let segments = ends.iter().map(|ends| ends.map(middle)).collect();
         // One body beyond the scans rests in the frame that is shown.
         let rest = outcome.scans.len();
@@ -91,11 +91,9 @@ fn scene(outcome: &Outcome, surfaces: &Surfaces, number: usize) -> Scene {
 
 fn cloud(outcome: &Outcome, surfaces: &Surfaces, at: usize, limit: usize) -> Points {
     let [red, green, blue] = colour(at);
-    let points = surfaces.scan(at).map_or_else(Vec::new, |dense| {
-        let points = dense.surface.points();
-        let step = points.len().div_ceil(limit.max(1)).max(1);
-        points.iter().step_by(step).map(|p| Point3::from(wide(*p) + dense.origin)).collect()
-    });
+    let points = surfaces.surface(at).map_or(&[][..], |surface| surface.points());
+    let step = points.len().div_ceil(limit.max(1)).max(1);
+    let points = points.iter().step_by(step).map(|p| Point3::from(wide(*p) + surfaces.origin(at))).collect();
     Points {
         name: outcome.scans[at].scan.clone(),
         body: at,

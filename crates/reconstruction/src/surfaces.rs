@@ -1,9 +1,8 @@
-//! What the scans themselves say: how they touch under a pose, and where they would rather lie.
+//! The scans' surfaces: how they touch under a pose, and where refinement moves them.
 
-use crate::batch::Ended;
 use congruent_geometry::{RigidTransform, Surface, uncentred, wide};
-use congruent_multiway::{Contact, Node, Touch};
-use congruent_pipeline::Variant;
+use congruent_multiway::{Contact, Node, Reconstruction, Touch};
+use congruent_pipeline::DescribedScan;
 use congruent_refinement::{Freedom, PointToPlane, Refinement, Refiner, Schedule};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -24,41 +23,58 @@ const FIRST_REACH: f64 = 3.0;
 const SHRINKING: f64 = 0.75;
 const LAST_REACH: f64 = 1.5;
 
-/// All scans of a run, sampled, in the order of the input.
-pub(crate) struct Surfaces {
+/// The sampled surfaces of all scans, in their order.
+pub struct Surfaces {
     scans: Vec<Option<Dense>>,
     pr: f64,
 }
 
-pub(crate) struct Dense {
-    pub(crate) surface: Surface,
+struct Dense {
+    surface: Surface,
     /// With the normals turned to the other side.
     turned: Surface,
-    /// Whether the side of the normals is sure.
+    /// Whether the side of the normals is certain.
     sure: bool,
-    /// What was taken off the coordinates of the file.
-    pub(crate) origin: Vector3<f64>,
+    /// What was subtracted from the coordinates of the file.
+    origin: Vector3<f64>,
 }
 
 impl Surfaces {
-    /// `pr` is the working length of the collection, data units.
-    pub(crate) fn of(ended: &Ended<'_>, pr: f64) -> Surfaces {
+    /// Takes `n` scans from `described`, which is asked for each position once and returns nothing for a scan that cannot be
+    /// used. `pr` is the working length of the collection, data units.
+    #[must_use]
+    pub fn new<S: AsRef<DescribedScan>>(n: usize, described: impl Fn(usize) -> Option<S> + Sync, pr: f64) -> Surfaces {
         let dense = |at: usize| {
-            let described = ended.survey.described(ended.input, ended.cache, at, Variant::default()).ok()?;
+            let described = described(at)?;
+            let described = described.as_ref();
             let surface = described.surface()?.clone();
             let turned = surface.clone().flipped();
             Some(Dense { surface, turned, sure: described.side_is_sure(), origin: *described.origin() })
         };
-        Surfaces { scans: (0..ended.input.scans.len()).into_par_iter().map(dense).collect(), pr }
+        Surfaces { scans: (0..n).into_par_iter().map(dense).collect(), pr }
     }
 
-    /// Nothing where the scan cannot be used.
-    pub(crate) fn scan(&self, at: usize) -> Option<&Dense> {
-        self.scans[at].as_ref()
+    /// The sampled surface of a scan, centred; nothing where it cannot be used.
+    #[must_use]
+    pub fn surface(&self, at: usize) -> Option<&Surface> {
+        self.scans[at].as_ref().map(|dense| &dense.surface)
     }
 
-    /// Points that stand for each scan.
-    pub(crate) fn nodes(&self) -> Vec<Node> {
+    /// What leads from the centred coordinates of a scan to those of its file; zero where it cannot be used.
+    #[must_use]
+    pub fn origin(&self, at: usize) -> Vector3<f64> {
+        self.scans[at].as_ref().map_or_else(Vector3::zeros, |dense| dense.origin)
+    }
+
+    /// The pose of a scan between files: from its own coordinates into those of its component's first scan.
+    #[must_use]
+    pub fn in_files(&self, result: &Reconstruction, at: usize, first: usize) -> RigidTransform {
+        uncentred(&result.frame_from_scan[at], &self.origin(at), &self.origin(first))
+    }
+
+    /// The points that represent each scan where poses are compared.
+    #[must_use]
+    pub fn nodes(&self) -> Vec<Node> {
         let node = |scan: &Option<Dense>| {
             let points = scan.as_ref().map_or([].as_slice(), |dense| dense.surface.points());
             let step = points.len().div_ceil(PROBES).max(1);
@@ -69,8 +85,7 @@ impl Surfaces {
 
     /// A pose between files as one between centred scans.
     pub(crate) fn centred(&self, source: usize, target: usize, pose: &RigidTransform) -> RigidTransform {
-        let origin = |at: usize| self.scans[at].as_ref().map_or_else(Vector3::zeros, |dense| -dense.origin);
-        uncentred(pose, &origin(source), &origin(target))
+        uncentred(pose, &-self.origin(source), &-self.origin(target))
     }
 
     /// How two scans touch under a pose that may still be rough.
@@ -79,8 +94,9 @@ impl Surfaces {
             .map(|refinement| touch_of(&refinement))
     }
 
-    /// Share of the source's points that touch the target.
-    pub(crate) fn overlap(&self, source: usize, touch: &Touch) -> f64 {
+    /// The share of the source's points that touch the target.
+    #[must_use]
+    pub fn overlap(&self, source: usize, touch: &Touch) -> f64 {
         let used = self.scans[source].as_ref().map_or(1, |dense| used(&dense.surface));
         (touch.support / used as f64).min(1.0)
     }

@@ -1,0 +1,13 @@
+//! Many scans into one frame, from the scans to their poses.
+//!
+//! [`reconstruct`] registers every pair with shared lengths, reconciles the poses by loops and a robust pose graph
+//! (`congruent-multiway`), and refines all scans together. Programs that choose the pairs, or keep what was made, build the
+//! same from the parts: [`Surfaces`], [`proposals`] and `congruent_multiway::reconstruct`.
+
+mod proposals;
+mod surfaces;
+mod whole;
+
+pub use proposals::{Proposal, Registered, proposals};
+pub use surfaces::Surfaces;
+pub use whole::{Model, reconstruct};
