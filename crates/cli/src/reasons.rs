@@ -1,9 +1,9 @@
-//! What speaks for an answer, and what against it, in words and figures.
+//! Evidence for and against an answer, in words and figures.
 
 use congruent_pipeline::{Predictors, Registration};
 use serde::Serialize;
 
-/// Borders between for and against. They choose words only: the confidence weighs the figures themselves.
+/// Limits between for and against. They only choose words: the confidence is computed from the figures themselves.
 const MUCH_OVERLAP: f64 = 0.15;
 const CLOSE_PR: f64 = 0.5;
 const FEW_CONTRADICTIONS: f64 = 0.005;
@@ -22,7 +22,7 @@ pub(crate) struct Reasons {
 }
 
 impl Reasons {
-    /// Nothing where the surfaces were not looked at.
+    /// Nothing where the surfaces were not compared.
     pub(crate) fn of(registration: &Registration) -> Option<Reasons> {
         let matches = registration.counts.correspondences;
         registration.predictors.map(|measured| Reasons::new(&measured, registration.counts.inliers, matches))
@@ -39,18 +39,22 @@ impl Reasons {
         say(residual_pr <= CLOSE_PR, format!("{residual_pr:.2} pr apart where they do"));
         let angle = format!("{:.0}° between the normals there", normal_angle.to_degrees());
         say(normal_angle <= SMALL_ANGLE, angle);
-        let hang = format!("{:.1} % of the points hang where the other scanner saw through", 100.0 * contradictions);
+        let hang =
+            format!("{:.1} % of the points float where the other scanner saw empty space", 100.0 * contradictions);
         say(contradictions <= FEW_CONTRADICTIONS, hang);
         say(disagreeing <= FEW_DISAGREEING, format!("{:.1} % touch with normals that disagree", 100.0 * disagreeing));
-        say(runner_up <= FAR_BEHIND, format!("the best really different pose scores {:.0} % of it", 100.0 * runner_up));
+        say(
+            runner_up <= FAR_BEHIND,
+            format!("the best substantially different pose scores {:.0} % of it", 100.0 * runner_up),
+        );
         let powers = measured.log10_false_alarms;
-        let chance = format!("{inliers} of {matches} correspondences agree (by chance: with 10^{powers:.0} poses)");
+        let chance = format!("{inliers} of {matches} correspondences agree (expected by chance: 10^{powers:.0} poses)");
         say(powers <= UNLIKELY, chance);
         let firm = measured.stiffness >= FIRM;
-        let held = if firm { "held in every direction" } else { "hardly held in one direction" };
+        let held = if firm { "constrained in every direction" } else { "hardly constrained in one direction" };
         say(firm, format!("{held} (stiffness {:.3})", measured.stiffness));
         if measured.chosen_from > 1 {
-            say(false, format!("another pose touches more; this is the most believable of {}", measured.chosen_from));
+            say(false, format!("another pose has more overlap; this is the most credible of {}", measured.chosen_from));
         }
         reasons
     }
@@ -76,7 +80,7 @@ mod tests {
         };
         let reasons = Reasons::new(&good, 404, 820);
         assert!(reasons.against.is_empty() && reasons.pro.len() == 8, "{reasons:?}");
-        assert_eq!(reasons.pro[6], "404 of 820 correspondences agree (by chance: with 10^-250 poses)");
+        assert_eq!(reasons.pro[6], "404 of 820 correspondences agree (expected by chance: 10^-250 poses)");
         let bad = Predictors {
             score: 0.01,
             overlap: 0.05,
@@ -92,6 +96,6 @@ mod tests {
         let reasons = Reasons::new(&bad, 5, 300);
         assert!(reasons.pro.is_empty() && reasons.against.len() == 8, "{reasons:?}");
         let chosen = Reasons::new(&Predictors { chosen_from: 6, ..good }, 404, 820);
-        assert_eq!(chosen.against, ["another pose touches more; this is the most believable of 6"]);
+        assert_eq!(chosen.against, ["another pose has more overlap; this is the most credible of 6"]);
     }
 }

@@ -1,6 +1,6 @@
 //! The table over many pairs.
 
-use crate::statistics::{mcnemar, median, p_text, wilson};
+use crate::statistics::{mcnemar, median, p_text, quantile, wilson};
 use crate::{PairRow, Status};
 use congruent_pipeline::VerdictKind;
 use std::collections::HashMap;
@@ -79,8 +79,9 @@ impl fmt::Display for Summary<'_> {
         )?;
         self.write_accuracy(f)?;
         let seconds: Vec<f64> = self.scored.iter().map(|row| row.seconds).collect();
-        if let Some(median) = median(&seconds) {
-            writeln!(f, "median time: {median:.2} s a pair")?;
+        if let Some((median, most)) = median(&seconds).zip(quantile(&seconds, 0.95)) {
+            let mean = seconds.iter().sum::<f64>() / seconds.len() as f64;
+            writeln!(f, "time per pair: median {median:.2} s, mean {mean:.2} s, 95 % within {most:.2} s")?;
         }
         let (good, said) = self.verdict_precision();
         writeln!(f, "verdict: {said} called ok, {good} of them right at {VERDICT_D_RMSE} pr ({})", share(good, said))?;

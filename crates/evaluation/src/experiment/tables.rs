@@ -1,7 +1,7 @@
 //! What an experiment measured, as Markdown.
 
 use super::tally::is_right;
-use super::{Axis, Cell, Count, Plan, Shows, Tally};
+use super::{Axis, Cell, Count, MeasuredOn, Plan, Shows, Tally};
 use crate::statistics::{mcnemar, median, p_text, wilson};
 use std::fmt::Write;
 
@@ -25,7 +25,13 @@ impl Tally {
 
     fn accuracy_tables(&self, plan: &Plan) -> String {
         let counts = self.counts(plan);
-        let mut text = "\n## Registration accuracy, %\n".to_owned();
+        let measured_on = match plan.measured_on {
+            MeasuredOn::Scans => "the scans as provided",
+            MeasuredOn::Sampled => "the sampled clouds",
+        };
+        let mut text = format!(
+            "\n## Registration accuracy, %\n\nErrors are measured on {measured_on}, and d_rmse is in units of their resolution; thresholds are in units of that of the sampled clouds.\n"
+        );
         text += &pivot(plan, &counts, &|count: &Count| format!("{:.1}", count.percent()));
         let fewest = self.datasets.iter().map(|(_, pairs)| *pairs).min().unwrap_or(0);
         text += &format!("\n95 % intervals are in the CSV; at half right they are {}.\n", half_width(fewest));
