@@ -2,10 +2,10 @@
 
 use crate::Point;
 
-/// Coordinates that are looked at together: those of four points.
+/// Number of coordinates processed together: those of four points.
 const LANES: usize = 12;
 
-/// Lower and upper corner; infinitely far the wrong way round where there are no points. A NaN does not count.
+/// Returns the lower and the upper corner; without points they are infinite and the wrong way round. NaN is ignored.
 pub(crate) fn bounds(points: &[Point]) -> (Point, Point) {
     let (mut low, mut high) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
     let (whole, rest) = points.as_flattened().as_chunks::<LANES>();

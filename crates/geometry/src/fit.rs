@@ -1,18 +1,18 @@
-//! The rigid motion that fits pairs of points best, in the sense of least squares.
+//! The rigid motion that fits pairs of points best in the least-squares sense.
 
 use crate::RigidTransform;
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-/// A triangle is degenerate where twice its area is below this share of its longest edge squared.
+/// A triangle is degenerate if twice its area is at most this fraction of its longest edge squared.
 const MIN_DOUBLE_AREA: f64 = 2e-6;
-/// Pairs are degenerate where the second singular value of their correlation is below this share of the first.
+/// Pairs are degenerate if the second singular value of their correlation is at most this fraction of the first.
 const MIN_SINGULAR_RATIO: f64 = 1e-9;
 
-/// Least-squares motion for three pairs, in closed form.
+/// Returns the least-squares motion for three pairs, in closed form.
 ///
-/// The best rotation takes the plane of one triangle into the plane of the other with the corners in the same order;
-/// what is left is an angle in that plane. Exact also where the triangles are not congruent. `None` where either
-/// triangle is thin beyond use.
+/// The best rotation maps the plane of one triangle onto the plane of the other with the corners in the same order,
+/// which leaves one angle in that plane. Exact even if the triangles are not congruent. `None` if either triangle is
+/// too thin to be used.
 #[must_use]
 pub fn fit_three(source: &[Vector3<f64>; 3], target: &[Vector3<f64>; 3]) -> Option<RigidTransform> {
     let (from, to) = (Frame::of(source)?, Frame::of(target)?);
@@ -32,12 +32,14 @@ pub fn fit_three(source: &[Vector3<f64>; 3], target: &[Vector3<f64>; 3]) -> Opti
     Some(with_centres(&rotation, &from.centre, &to.centre))
 }
 
-/// Least-squares motion for weighted pairs `(source, target, weight)` (Kabsch, Umeyama). `None` for fewer than three
-/// pairs with weight, collinear or coincident ones, or anything that is not finite.
+/// Returns the least-squares motion for weighted pairs `(source, target, weight)` (Kabsch, Umeyama).
+///
+/// `None` for fewer than three pairs with positive weight, for collinear or coincident pairs, or if anything is not
+/// finite.
 #[must_use]
 pub fn fit_weighted(pairs: impl IntoIterator<Item = (Vector3<f64>, Vector3<f64>, f64)>) -> Option<RigidTransform> {
     let mut pairs = pairs.into_iter().filter(|pair| pair.2 > 0.0).peekable();
-    // Sums are taken about the first pair: far from the origin they would cancel.
+    // Sums are taken relative to the first pair: far from the origin they would suffer from cancellation.
     let (near_source, near_target, _) = *pairs.peek()?;
     let (mut n, mut total, mut from, mut to) = (0, 0.0, Vector3::zeros(), Vector3::zeros());
     let mut products = Matrix3::zeros();
@@ -71,7 +73,7 @@ fn with_centres(rotation: &Matrix3<f64>, from: &Vector3<f64>, to: &Vector3<f64>)
     RigidTransform::from_parts(translation, rotation)
 }
 
-/// A triangle's centre and axes: first edge, in-plane perpendicular, normal (right-handed, as columns).
+/// A triangle's centroid and axes: first edge, in-plane perpendicular, normal (right-handed, as columns).
 struct Frame {
     centre: Vector3<f64>,
     axes: Matrix3<f64>,

@@ -1,11 +1,11 @@
-//! Sums of many numbers, so many of them side by side that whole vector registers are added.
+//! Sums of many numbers, in as many lanes side by side as fill whole vector registers.
 //!
-//! The lanes are added in a fixed order, so the bits are the same on every instruction set. All of it becomes part of the
-//! loop that calls it, and is compiled for the instructions of that loop.
+//! The lanes are added in a fixed order, so the result is bit-identical on every instruction set. All functions are
+//! inlined into the loop that calls them and compiled for its instruction set.
 
 use std::ops::AddAssign;
 
-/// The sum of rows of numbers.
+/// Returns the sum of rows of numbers.
 #[inline(always)]
 #[must_use]
 pub fn sum<const LANES: usize>(a: &[[f64; LANES]]) -> f64 {
@@ -18,7 +18,7 @@ pub fn sum<const LANES: usize>(a: &[[f64; LANES]]) -> f64 {
     across(sums)
 }
 
-/// The sum of the products of two times as many numbers; of the shorter where there are more of one.
+/// Returns the dot product of two sequences of numbers; if one is longer, its excess is ignored.
 #[inline(always)]
 #[must_use]
 pub fn dot<const LANES: usize>(a: &[[f64; LANES]], b: &[[f64; LANES]]) -> f64 {
@@ -31,7 +31,7 @@ pub fn dot<const LANES: usize>(a: &[[f64; LANES]], b: &[[f64; LANES]]) -> f64 {
     across(sums)
 }
 
-/// The sum of one row, whose length is a power of two: half is added to half, until one number is left.
+/// Returns the sum of one row, whose length is a power of two, by adding halves until one number is left.
 #[inline(always)]
 #[must_use]
 pub fn across<T: Copy + AddAssign, const LANES: usize>(mut sums: [T; LANES]) -> T {

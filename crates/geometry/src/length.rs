@@ -1,10 +1,10 @@
-//! Lengths as a user writes them: in units of the cloud's resolution, or of the data.
+//! Lengths as users write them: in units of the cloud's resolution or of the data.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use std::fmt;
 use std::str::FromStr;
 
-/// A positive length: `"7.5pr"` (times the resolution) or `"0.05u"` (data units). A bare number is refused.
+/// A positive length: `"7.5pr"` (times the resolution) or `"0.05u"` (data units). A bare number is rejected.
 ///
 /// ```
 /// use congruent_geometry::Length;
@@ -21,7 +21,7 @@ pub enum Length {
     Units(f64),
 }
 
-/// Why a text is not a length.
+/// The error for a text that is not a length.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
     "'{text}' is not a length: write a number above zero with its unit, \"7.5pr\" (times the cloud's resolution) or \"0.05u\" (data units)"
@@ -31,7 +31,7 @@ pub struct LengthError {
 }
 
 impl Length {
-    /// The length in data units, for a cloud of this resolution.
+    /// Returns the length in data units for a cloud of this resolution.
     #[must_use]
     pub fn resolve(self, resolution: f64) -> f64 {
         match self {

@@ -1,7 +1,7 @@
-//! Points, surfaces and rigid motions: the ground that every stage of Congruent stands on.
+//! Points, surfaces and rigid motions: the foundation of every stage of Congruent.
 //!
-//! A [`RawScan`] is what a file says. [`Scan::new`] cleans and centres it. A [`Surface`] adds unit normals, a
-//! neighbour index and the resolution, which is what detectors and descriptors work on.
+//! A [`RawScan`] holds the contents of a file; [`Scan::new`] cleans and centres it. A [`Surface`] adds unit normals, a
+//! neighbour index and the resolution, and is what detectors and descriptors work on.
 
 mod bounds;
 mod fit;
@@ -40,17 +40,17 @@ pub use transform::{RigidTransform, angle_between, from_rows, mean_displacement,
 pub use view::{View, ViewKind, estimate_view};
 pub use voxel::{Sample, voxel_centroids, voxel_count};
 
-/// A point or a normal as it is stored: three `f32`, centred coordinates.
+/// A point or a normal as stored: three `f32` values, in centred coordinates.
 pub type Point = [f32; 3];
 
-/// The same three numbers, widened for arithmetic.
+/// Widens the three values to `f64` for arithmetic.
 #[inline]
 #[must_use]
 pub fn wide(p: Point) -> nalgebra::Vector3<f64> {
     nalgebra::Vector3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]))
 }
 
-/// The same three numbers, narrowed for storage.
+/// Narrows the three values to `f32` for storage.
 #[inline]
 #[must_use]
 pub fn narrow(v: &nalgebra::Vector3<f64>) -> Point {

@@ -1,8 +1,8 @@
-//! What a number in a configuration may be, for `#[serde(deserialize_with = "…")]`. Not-a-numbers are never let in.
+//! Valid ranges of numbers in a configuration, for `#[serde(deserialize_with = "…")]`. NaN is never accepted.
 
 use serde::de::{Deserialize, Deserializer, Error};
 
-/// Above 0 and at most 1.
+/// Deserializes a number above 0 and at most 1.
 ///
 /// # Errors
 /// Any other number.
@@ -10,7 +10,7 @@ pub fn share<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     checked(from, |v| v > 0.0 && v <= 1.0, "is not a share: write a number above 0 and at most 1")
 }
 
-/// From 0 to 1.
+/// Deserializes a number from 0 to 1.
 ///
 /// # Errors
 /// Any other number.
@@ -18,7 +18,7 @@ pub fn probability<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> 
     checked(from, |v| (0.0..=1.0).contains(&v), "is out of range: write a number from 0 to 1")
 }
 
-/// From −1 to 1.
+/// Deserializes a number from −1 to 1.
 ///
 /// # Errors
 /// Any other number.
@@ -26,7 +26,7 @@ pub fn cosine<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     checked(from, |v| (-1.0..=1.0).contains(&v), "is no cosine: write a number from -1 to 1")
 }
 
-/// Above 0 and finite.
+/// Deserializes a finite number above 0.
 ///
 /// # Errors
 /// Any other number.
@@ -34,7 +34,7 @@ pub fn positive<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     checked(from, |v| v > 0.0 && v.is_finite(), "is out of range: write a number above 0")
 }
 
-/// 0 or more, and finite.
+/// Deserializes a finite number of 0 or more.
 ///
 /// # Errors
 /// Any other number.
@@ -42,25 +42,25 @@ pub fn not_negative<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error>
     checked(from, |v| v >= 0.0 && v.is_finite(), "is out of range: write 0 or a number above")
 }
 
-/// Any finite number.
+/// Deserializes any finite number.
 ///
 /// # Errors
-/// Any other.
+/// Any other number.
 pub fn finite<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     checked(from, f64::is_finite, "is not a finite number")
 }
 
-/// A count of `MIN` or more.
+/// Deserializes a count of `MIN` or more.
 ///
 /// # Errors
-/// A smaller one, or a number that is no count.
+/// A smaller count, or a number that is not a count.
 pub fn at_least<'de, const MIN: u64, T: TryFrom<u64>, D: Deserializer<'de>>(from: D) -> Result<T, D::Error> {
     let count = u64::deserialize(from)?;
     let fits = T::try_from(count).ok().filter(|_| count >= MIN);
     fits.ok_or_else(|| D::Error::custom(format!("{count} is out of range: write a whole number, {MIN} or more")))
 }
 
-/// Three [`finite`] numbers.
+/// Deserializes three [`finite`] numbers.
 ///
 /// # Errors
 /// Any other number among them.
@@ -72,7 +72,7 @@ pub fn finite_place<'de, D: Deserializer<'de>>(from: D) -> Result<[f64; 3], D::E
     }
 }
 
-/// [`positive`] numbers.
+/// Deserializes a list of [`positive`] numbers.
 ///
 /// # Errors
 /// Any other number among them.
@@ -84,7 +84,7 @@ pub fn all_positive<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<f64>, D::E
     }
 }
 
-/// A [`probability`] that may be left out.
+/// Deserializes a [`probability`] that may be omitted.
 ///
 /// # Errors
 /// Any other number.

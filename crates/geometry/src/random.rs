@@ -1,7 +1,8 @@
-//! Random streams that do not depend on who draws first.
+//! Random streams that do not depend on which thread draws first.
 //!
-//! Work item *i* draws from its own stream, keyed by `(seed, i)`; so the result is the same on one thread or on many.
-//! The generator is named and the bounded draw is our own, because neither may change with a library's version.
+//! Work item *i* draws from its own stream, keyed by `(seed, i)`, so the result is the same on one thread or on many.
+//! The generator is a named one and the bounded draw is implemented here, because neither may change with a library's
+//! version.
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -11,15 +12,15 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 pub struct Stream(Xoshiro256PlusPlus);
 
 impl Stream {
-    /// The stream of one work item.
+    /// Creates the stream of one work item.
     #[must_use]
     pub fn new(seed: u64, item: u64) -> Self {
-        // An odd multiplier keeps the items of one seed apart; the generator's own seeding mixes the bits.
+        // An odd multiplier keeps the items of one seed distinct; the generator's own seeding mixes the bits.
         let key = mixed(seed).wrapping_add(item.wrapping_mul(0x9E37_79B9_7F4A_7C15));
         Stream(Xoshiro256PlusPlus::seed_from_u64(key))
     }
 
-    /// A number below `n`, each with the same chance (Lemire's rejection). `n` must be above zero.
+    /// Draws a number below `n`, uniformly (Lemire's rejection). `n` must be above zero.
     pub fn below(&mut self, n: u32) -> u32 {
         debug_assert!(n > 0, "nothing can be drawn from an empty range");
         let mut product = u64::from(self.0.next_u32()) * u64::from(n);
@@ -32,30 +33,30 @@ impl Stream {
         (product >> 32) as u32
     }
 
-    /// A number in `[0, 1)` with 53 random bits.
+    /// Draws a number in `[0, 1)` with 53 random bits.
     pub fn unit(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// A number in `[low, high)`.
+    /// Draws a number in `[low, high)`.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// A draw from the standard normal distribution (Box and Muller).
+    /// Draws from the standard normal distribution (Box and Muller).
     pub fn normal(&mut self) -> f64 {
         let radius = (-2.0 * (1.0 - self.unit()).ln()).sqrt();
         radius * (std::f64::consts::TAU * self.unit()).cos()
     }
 
-    /// A rotation, uniform over all of them (Shoemake 1992).
+    /// Draws a rotation, uniformly over all rotations (Shoemake 1992).
     pub fn rotation(&mut self) -> nalgebra::UnitQuaternion<f64> {
         let q = nalgebra::Quaternion::new(self.normal(), self.normal(), self.normal(), self.normal());
         nalgebra::UnitQuaternion::from_quaternion(q)
     }
 }
 
-/// One round of SplitMix64.
+/// Applies one round of SplitMix64.
 fn mixed(x: u64) -> u64 {
     let mut z = x.wrapping_add(0x9E37_79B9_7F4A_7C15);
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

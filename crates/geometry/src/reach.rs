@@ -1,21 +1,21 @@
-//! How far a scan reaches: beyond are places that stand for "nothing was measured".
+//! The reach of a scan: coordinates beyond it stand for "nothing was measured".
 
-/// Points that are looked at.
+/// Number of points that are sampled.
 const SAMPLED: usize = 1000;
-/// Share of the points that are left aside at each end of each axis: of what is in between the width is taken.
+/// Fraction of the points set aside at each end of each axis; the width is measured between them.
 const ENDS: f64 = 0.05;
-/// So many widths beyond it a scan ends. Scans of streets and fields with a scanner in their midst reach some five, a
-/// coordinate of −9999 beside millimetres of an object fifty or more.
+/// Number of widths beyond that range at which a scan ends. Scans of streets and fields with a scanner in their midst
+/// reach some five; a coordinate of −9999 next to an object measured in millimetres, fifty or more.
 const WIDTHS: f64 = 50.0;
 
-/// A box, far larger than the scan.
+/// A box far larger than the scan.
 pub(crate) struct Reach {
     low: [f64; 3],
     high: [f64; 3],
 }
 
 impl Reach {
-    /// Of `n` finite points; endless where most of them are at one place.
+    /// Returns the reach of `n` finite points; infinite where most of them coincide.
     pub(crate) fn of<'a>(points: impl Iterator<Item = &'a [f64; 3]>, n: usize) -> Reach {
         let sample: Vec<[f64; 3]> = points.step_by(n.div_ceil(SAMPLED).max(1)).copied().collect();
         let ends: [Option<(f64, f64)>; 3] = std::array::from_fn(|axis| inner(sample.iter().map(|p| p[axis]).collect()));
@@ -27,13 +27,13 @@ impl Reach {
         }
     }
 
-    /// Whether a point can be one of the scan.
+    /// Returns whether a point can belong to the scan.
     pub(crate) fn holds(&self, p: &[f64; 3]) -> bool {
         (0..3).all(|axis| self.low[axis] <= p[axis] && p[axis] <= self.high[axis])
     }
 }
 
-/// What is left between the two ends; all of it where there are few.
+/// Returns the range that remains between the two ends; all of it if there are few values.
 fn inner(mut values: Vec<f64>) -> Option<(f64, f64)> {
     let last = values.len().checked_sub(1)?;
     let aside = (last as f64 * ENDS) as usize;

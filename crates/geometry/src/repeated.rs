@@ -1,24 +1,26 @@
-//! Points at the place of an earlier one.
+//! Points that coincide with an earlier one.
 
 use crate::{Point, Spare};
 use rayon::prelude::*;
 use rustc_hash::{FxBuildHasher, FxHashMap};
 use std::hash::BuildHasher;
 
-/// About so many points are compared with each other at a time: their table stays in the cache.
+/// Approximate number of points compared with each other at a time, so that their table stays in the cache.
 const POINTS_OF_A_PART: usize = 1 << 15;
-/// The lowest bits of a hash that tell most points of a part from all others: sixteen times as many as there are points.
+/// Number of lowest bits of a hash that tell most points of a part apart: sixteen times as many values as there are
+/// points.
 const SEEN_BITS: u32 = 19;
-/// Points that one thread hashes at a time.
+/// Number of points that one thread hashes at a time.
 const HASHED_AT_A_TIME: usize = 1 << 14;
-/// A table of hashes picks its places by their lowest and highest bits; parts are made by bits between.
+/// Number of lowest bits not used to choose a part: a hash table picks its slots by the lowest and highest bits, parts
+/// are chosen by bits in between.
 const MIDDLE_BITS: u32 = 24;
 
-/// The coordinates of a point as bits. Zero has a sign that makes no difference.
+/// The coordinates of a point as bits, irrespective of the sign of zero.
 type Place = [u32; 3];
 
-/// Each point (position) at exactly the place of an earlier one, and the first one there; ascending. Points that are no numbers are
-/// nowhere.
+/// Returns each point (position) that coincides exactly with an earlier one, with the first one there; ascending.
+/// Points that are NaN coincide with nothing.
 pub(crate) fn repeated(points: &[Point]) -> Vec<(u32, u32)> {
     let parts = Parts::by_place(points);
     let spare = Spare::<Comparison>::default();
@@ -28,10 +30,10 @@ pub(crate) fn repeated(points: &[Point]) -> Vec<(u32, u32)> {
     found
 }
 
-/// What is used again from one part to the next.
+/// Buffers reused from one part to the next.
 #[derive(Default)]
 struct Comparison {
-    /// A bit for the hashes of points that agree in their lowest bits: whether there is one …
+    /// One bit for all hashes that agree in their lowest bits: whether there is such a point …
     seen: Vec<u64>,
     /// … and whether there are two.
     seen_twice: Vec<u64>,
@@ -39,7 +41,7 @@ struct Comparison {
 }
 
 impl Comparison {
-    /// Only the few points whose hash may be that of another one are looked up in a table.
+    /// Looks up in a table only the few points whose hash may equal that of another point.
     fn repeated(&mut self, points: &[Point], part: &[u32]) -> Vec<(u32, u32)> {
         let Comparison { seen, seen_twice, known } = self;
         for bits in [&mut *seen, &mut *seen_twice] {
@@ -71,12 +73,12 @@ fn hash(point: &Point) -> u64 {
     FxBuildHasher.hash_one(place(point))
 }
 
-/// Adding zero turns −0 into +0, so that equal numbers have equal bits.
+/// Returns the coordinates as bits; adding zero turns −0 into +0, so that equal numbers have equal bits.
 fn place(point: &Point) -> Place {
     point.map(|v| (v + 0.0).to_bits())
 }
 
-/// Positions of points, those of equal points in the same part; ascending in each.
+/// Positions of points in parts, with equal points in the same part; ascending in each.
 struct Parts {
     order: Vec<u32>,
     /// Where each part ends.
@@ -119,7 +121,7 @@ mod tests {
     fn each_repetition_is_found_with_the_first_of_its_place() {
         let mut stream = Stream::new(6, 0);
         for n in [0, 5, 1000, 3 * POINTS_OF_A_PART] {
-            // Few enough places that many points share one.
+            // Few enough distinct places that many points share one.
             let points: Vec<Point> = (0..n).map(|_| std::array::from_fn(|_| stream.below(40) as f32 - 20.0)).collect();
             let mut first_at: FxHashMap<Place, u32> = FxHashMap::default();
             let mut expected = Vec::new();

@@ -1,4 +1,4 @@
-//! The resolution of a cloud, `pr`: the length all other lengths are measured in.
+//! The resolution of a cloud, `pr`: the length in which all other lengths are measured.
 
 use crate::neighbors::blocks::{Block, LANES};
 use crate::neighbors::{lesser, nearest_others_sq};
@@ -7,39 +7,39 @@ use crate::{NeighborIndex, OrderedPoints, Point};
 use multiversion::multiversion;
 use rayon::prelude::*;
 
-/// Clouds up to this size are measured at every point.
+/// Clouds of up to this many points are measured at every point.
 const EXACT_UP_TO: usize = 200_000;
-/// Larger ones at this many points, drawn evenly.
+/// Larger clouds are measured at this many points, drawn uniformly.
 const SAMPLED_AT: usize = 50_000;
-/// So many medians away from all others a point is lonely, …
+/// A point farther than this many medians from all others is lonely, …
 const LONELY: f64 = 3.0;
-/// … and so many medians away it is none of the surface: one such point must not be what the mean is made of.
+/// … and farther than this many medians it is not part of the surface: a single such point must not dominate the mean.
 const ALONE: f64 = 100.0;
 
-/// Mean distance from a point to its nearest other point. Points that are more than a hundred medians away from all others
-/// do not count.
+/// Mean distance from a point to its nearest other point. Points more than a hundred medians away from all others do
+/// not count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resolution {
     /// In data units.
     pub mean: f64,
-    /// The median of the same distances, data units.
+    /// Median of the same distances, data units.
     pub median: f64,
-    /// The share of points whose nearest other one is farther than three medians.
+    /// Fraction of the points whose nearest other point is farther than three medians.
     pub lonely: f64,
-    /// Of the mean; zero where every point was measured.
+    /// Standard error of the mean; zero if every point was measured.
     pub standard_error: f64,
 }
 
-/// Measures a cloud of at least two distinct points; `None` for fewer.
+/// Measures a cloud of at least two distinct points; returns `None` for fewer.
 ///
-/// Exact duplicates would count as distance zero and drag the mean down, so they must be gone before. Above 200 000
-/// points, 50 000 of them are asked (against the whole cloud).
+/// Exact duplicates would count as distance zero and lower the mean, so they must be removed beforehand. Above 200 000
+/// points, 50 000 of them are queried (against the whole cloud).
 #[must_use]
 pub fn resolution(points: &[Point], index: &NeighborIndex) -> Option<Resolution> {
     resolution_at(points, index, if points.len() <= EXACT_UP_TO { points.len() } else { SAMPLED_AT })
 }
 
-/// The same, asked at `queries` points drawn evenly (at all of them where there are no more).
+/// Measures a cloud at `queries` points drawn uniformly (at all of them if there are no more).
 #[must_use]
 pub fn resolution_at(points: &[Point], index: &NeighborIndex, queries: usize) -> Option<Resolution> {
     let asked = drawn(points.len(), queries);
@@ -51,7 +51,7 @@ pub fn resolution_at(points: &[Point], index: &NeighborIndex, queries: usize) ->
     measured(distances_sq, points.len() <= queries)
 }
 
-/// The same where there is no index; for few queries it is cheaper than to build one.
+/// Measures a cloud as `resolution_at` does, without an index; for few queries this is cheaper than building one.
 #[must_use]
 pub fn resolution_sampled(points: &[Point], queries: usize) -> Option<Resolution> {
     measured(nearest_others_sq(points, &drawn(points.len(), queries)), points.len() <= queries)
@@ -65,7 +65,7 @@ fn drawn(n: usize, queries: usize) -> Vec<u32> {
     (0..queries).map(|_| stream.below(n as u32)).collect()
 }
 
-/// By the squared distances that were found; an infinite one was not.
+/// Evaluates squared distances; an infinite one was not found.
 fn measured(mut distances_sq: Vec<f32>, is_exact: bool) -> Option<Resolution> {
     distances_sq.retain(|distance_sq| distance_sq.is_finite());
     if distances_sq.is_empty() {
@@ -83,7 +83,7 @@ fn measured(mut distances_sq: Vec<f32>, is_exact: bool) -> Option<Resolution> {
     (mean > 0.0).then_some(Resolution { mean, median, lonely, standard_error })
 }
 
-/// What is not negative has the order of its bits, and whole numbers are selected several times as fast.
+/// Returns the median: non-negative numbers sort like their bits, and integers are selected several times as fast.
 fn median_sq(distances_sq: &[f32]) -> f64 {
     let mut bits: Vec<u32> = distances_sq.iter().map(|distance_sq| distance_sq.to_bits()).collect();
     let half = bits.len() / 2;
@@ -95,20 +95,20 @@ fn nearest_other_sq(points: &[Point], index: &NeighborIndex, i: u32) -> Option<f
     two.get(1).map(|second| second.distance_sq)
 }
 
-/// Points at which the distance between neighbours is guessed; a cell is so many times as wide.
+/// Number of points at which the distance between neighbours is estimated, and the width of a cell in such distances.
 const GUESSED_AT: usize = 64;
 const SIDE: f64 = 4.5;
-/// Share of the square of a cell's side below which nothing near can be outside a block, however numbers are rounded.
+/// Fraction of the square of a cell's side below which, whatever the rounding, no nearer point can be outside a block.
 const WITHIN: f64 = 0.998;
 
-/// A cloud sorted into cells that are wider than its points are apart.
+/// A cloud sorted into cells that are wider than the distance between its points.
 struct Spaced {
     ordered: OrderedPoints,
     side: f64,
 }
 
 impl Spaced {
-    /// Nothing where points crowd, or have no others.
+    /// Returns `None` if points are crowded, or have no others.
     fn new(points: &[Point], index: &NeighborIndex) -> Option<Self> {
         let some = (0..points.len() as u32).step_by(points.len().div_ceil(GUESSED_AT).max(1));
         let mut distances_sq: Vec<f32> = some.filter_map(|i| nearest_other_sq(points, index, i)).collect();
@@ -117,9 +117,9 @@ impl Spaced {
         Some(Spaced { ordered: OrderedPoints::unless_crowded(points, side)?, side })
     }
 
-    /// Squared distances from the points asked (positions) to their nearest other points, in their order.
+    /// Returns the squared distances from the points `asked` (positions) to their nearest other points, in their order.
     fn nearest_others_sq(&self, asked: &[u32]) -> Vec<f32> {
-        // What is farther than a cell is wide may not be in the block.
+        // A point farther away than a cell is wide may not be in the block.
         let within = (WITHIN * self.side * self.side) as f32;
         let nearest_sq = self.ordered.each_block(|(): &mut (), members, block, nearest_sq| {
             nearest_others_in(block, nearest_sq);
@@ -132,7 +132,7 @@ impl Spaced {
     }
 }
 
-/// For each point of a cell the squared distance to the nearest other point of its block.
+/// Computes, for each point of a cell, the squared distance to the nearest other point of its block.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 fn nearest_others_in(block: &mut Block, found: &mut [f32]) {
     block.each_without_itself(found, |[x, y, z], [xs, ys, zs]| {

@@ -1,17 +1,18 @@
-//! How rough a surface is: what noise there is, and what detail is finer than its points.
+//! The roughness of a surface: noise, and detail finer than the spacing of its points.
 
 use crate::{Surface, wide};
 use nalgebra::Vector3;
 
-/// Points that are looked at, spread evenly over their order.
+/// Number of points examined, spread evenly over their order.
 const LOOKED_AT: usize = 1000;
-/// Nearest points beside each of them.
+/// Number of nearest neighbours of each of them.
 const BESIDE: usize = 9;
 
-/// Mean distance of a point from the plane through the middle of the nine points nearest to it, across its normal; data units.
-/// Nothing where no point has a normal and nine others.
+/// Returns the mean distance of a point from the plane through the centroid of its nine nearest neighbours,
+/// perpendicular to its normal; data units. `None` if no point has a normal and nine neighbours.
 ///
-/// Two scans of one surface lie about so far apart where they touch; by how much more is told by how well they fit.
+/// Two scans of one surface lie about this far apart where they touch; how much farther they lie tells how well they
+/// fit.
 #[must_use]
 pub fn roughness(surface: &Surface) -> Option<f64> {
     let stride = surface.len().div_ceil(LOOKED_AT).max(1);
@@ -36,7 +37,7 @@ mod tests {
     use crate::random::Stream;
     use crate::{NeighborIndex, Point};
 
-    /// A sheet of 60 × 60 points, lifted by normal noise.
+    /// A sheet of 60 × 60 points with normally distributed heights.
     fn sheet(sigma: f64) -> Surface {
         let mut stream = Stream::new(3, 0);
         let points: Vec<Point> =
@@ -49,7 +50,8 @@ mod tests {
     #[test]
     fn a_plane_is_smooth_and_noise_is_rough() {
         assert_eq!(roughness(&sheet(0.0)), Some(0.0));
-        // The mean of |a − b| with b a mean of nine, σ √(2/π · 10/9), would be 0.084; points of like height are nearer.
+        // The mean of |a − b| with b a mean of nine, σ √(2/π · 10/9), would be 0.084; points of similar height are
+        // nearer.
         let rough = roughness(&sheet(0.1)).unwrap();
         assert!((0.074..0.084).contains(&rough), "{rough}");
     }

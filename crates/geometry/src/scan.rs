@@ -1,4 +1,4 @@
-//! A scan as the file says it, and the same scan made fit to work on.
+//! A scan as read from a file, and the same scan prepared for processing.
 
 use crate::reach::Reach;
 use crate::repeated::repeated;
@@ -6,40 +6,41 @@ use crate::{Point, narrow};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-/// Points that one thread centres at a time, at least.
+/// Minimum number of points that one thread centres at a time.
 const POINTS_AT_A_TIME: usize = 4096;
 
-/// What a file holds, unchanged: file coordinates in `f64`, every point, also the broken ones.
+/// The contents of a file, unchanged: file coordinates in `f64`, and every point, including invalid ones.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RawScan {
     /// File coordinates.
     pub points: Vec<[f64; 3]>,
-    /// One for each point, of any length, where the file has them.
+    /// One for each point, of any length, if the file has them.
     pub normals: Option<Vec<Point>>,
-    /// Faces cut into triangles of point positions, each below the number of points. Empty for a point cloud.
+    /// Faces split into triangles of point positions, each below the number of points. Empty for a point cloud.
     pub triangles: Vec<[u32; 3]>,
-    /// Where the scanner stood, file coordinates, where the file says so.
+    /// Position of the scanner, file coordinates, if the file gives it.
     pub viewpoint: Option<[f64; 3]>,
-    /// Names of what the file has for each point besides, as far as its format names it: colours, intensities. Not kept.
+    /// Names of the other data that the file has for each point, as far as its format names them: colours, intensities.
+    /// The data are not kept.
     pub unread: Vec<String>,
 }
 
-/// What was left out when a scan was cleaned.
+/// What was dropped when a scan was cleaned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dropped {
     /// Points with a coordinate that is NaN or infinite.
     pub non_finite: usize,
-    /// Points at the place of an earlier one, as far as `f32` tells: within 10⁻¹² of the extent near the centre, within
-    /// 3·10⁻⁸ of it at the rim.
+    /// Points that coincide with an earlier one, as far as `f32` can tell: within 10⁻¹² of the extent near the centre,
+    /// within 3·10⁻⁸ of it at the rim.
     pub duplicates: usize,
-    /// Points so far from all others that no scan reaches there: what a program writes where nothing was measured.
+    /// Points farther from all others than any scan reaches: what a program writes where nothing was measured.
     pub far: usize,
 }
 
 /// A cleaned scan: at least three distinct finite points, centred, in `f32`.
 ///
-/// The centre is the middle of the bounding box, taken off in `f64` before the coordinates are rounded to some 3·10⁻⁸ of
-/// the extent, wherever on earth the scan is.
+/// The centre is the middle of the bounding box, subtracted in `f64` before the coordinates are rounded to some 3·10⁻⁸
+/// of the extent, wherever on earth the scan is.
 #[derive(Clone, Debug)]
 pub struct Scan {
     origin: Vector3<f64>,
@@ -50,18 +51,18 @@ pub struct Scan {
     dropped: Dropped,
 }
 
-/// Why a scan cannot be worked on.
+/// Why a scan cannot be processed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ScanError {
     /// Fewer than three distinct finite points.
     #[error("{distinct} distinct finite points of {total}; at least 3 are needed")]
     TooFewPoints {
-        /// What was left.
+        /// Number of points left.
         distinct: usize,
-        /// What was given.
+        /// Number of points given.
         total: usize,
     },
-    /// The cloud's extent cannot be squared in `f32`.
+    /// The extent of the cloud cannot be squared in `f32`.
     #[error("the points span {extent:e} data units; rescale them into 1e-9 to 1e12")]
     Extent {
         /// The longest side of the bounding box.
@@ -70,14 +71,17 @@ pub enum ScanError {
 }
 
 impl Scan {
-    /// Drops non-finite, far and repeated points (the first one stays), centres the rest, and keeps normals and triangles
-    /// in step. Normals are scaled to length one; a normal that cannot be is stored as zero.
+    /// Drops non-finite, far and repeated points (the first one stays), centres the rest, and keeps normals and
+    /// triangles in step.
+    ///
+    /// Normals are scaled to unit length; a normal for which this is impossible is stored as zero.
     ///
     /// # Errors
     /// Fewer than three distinct points, or an extent outside 1e-9 to 1e12 data units.
     ///
     /// # Panics
-    /// When the normals are not as many as the points, or a triangle points outside: a broken promise of the caller.
+    /// If there are not as many normals as points, or a triangle refers to a point that does not exist: the caller must
+    /// ensure both.
     pub fn new(raw: &RawScan) -> Result<Scan, ScanError> {
         assert!(raw.normals.as_ref().is_none_or(|n| n.len() == raw.points.len()), "one normal a point");
         let finite = |p: &&[f64; 3]| p.iter().all(|v| v.is_finite());
@@ -92,7 +96,7 @@ impl Scan {
         let origin = low * 0.5 + high * 0.5;
         let distinguish = snapping(extent);
 
-        // What is dropped becomes no number.
+        // Dropped points become NaN.
         let centred = |p: &[f64; 3]| match of_scan(&p) {
             true => narrow(&(Vector3::from(*p) - origin).map(&distinguish)).map(|v| v + 0.0),
             false => [f32::NAN; 3],
@@ -124,43 +128,45 @@ impl Scan {
         Ok(Scan { origin, points, normals, triangles, viewpoint, dropped })
     }
 
-    /// What was subtracted from the file's coordinates.
+    /// Returns the centre, which was subtracted from the file's coordinates.
     #[must_use]
     pub fn origin(&self) -> &Vector3<f64> {
         &self.origin
     }
 
-    /// Centred points, in the order of the file.
+    /// Returns the centred points, in the order of the file.
     #[must_use]
     pub fn points(&self) -> &[Point] {
         &self.points
     }
 
-    /// The file's own normals, unit length or zero.
+    /// Returns the file's own normals, unit length or zero.
     #[must_use]
     pub fn normals(&self) -> Option<&[Point]> {
         self.normals.as_deref()
     }
 
-    /// Triangles of point positions, three different ones each.
+    /// Returns the triangles of point positions, three different ones each.
     #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
-    /// Where the scanner stood, centred like the points; nothing where the file does not say, or says NaN.
+    /// Returns the position of the scanner, centred like the points; `None` if the file does not give it, or it is not
+    /// finite.
     #[must_use]
     pub fn viewpoint(&self) -> Option<Vector3<f64>> {
         self.viewpoint
     }
 
-    /// What was left out.
+    /// Returns what was dropped.
     #[must_use]
     pub fn dropped(&self) -> Dropped {
         self.dropped
     }
 
-    /// The same scan, around the same origin, of the points for which `kept` holds, and of the triangles between them.
+    /// Returns the same scan, with the same origin, restricted to points for which `kept` holds and to triangles
+    /// between them.
     pub(crate) fn only(&self, kept: &[bool]) -> Scan {
         let new_index = numbered(kept);
         let of = |all: &[Point]| all.iter().zip(kept).filter(|(_, kept)| **kept).map(|(point, _)| *point).collect();
@@ -174,7 +180,7 @@ impl Scan {
         }
     }
 
-    /// Side lengths of the bounding box.
+    /// Returns the side lengths of the bounding box.
     #[must_use]
     pub fn extent(&self) -> Vector3<f64> {
         let wide: Vec<[f64; 3]> = self.points.iter().map(|p| p.map(f64::from)).collect();
@@ -188,7 +194,7 @@ fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 3]>) -> (Vector3<f64>, Vect
     points.fold(none, |(low, high), p| (low.inf(&Vector3::from(*p)), high.sup(&Vector3::from(*p))))
 }
 
-/// The new position of each point that is kept; none of the others.
+/// Returns the new position of each point that is kept; `u32::MAX` for the others.
 fn numbered(kept: &[bool]) -> Vec<u32> {
     let mut next = 0..;
     kept.iter().map(|kept| if *kept { next.next().unwrap_or(u32::MAX) } else { u32::MAX }).collect()
@@ -200,15 +206,16 @@ fn unit(normal: Point) -> Point {
     if length.is_finite() && length > 0.0 { narrow(&(v / length)) } else { [0.0; 3] }
 }
 
-/// A triangle in the new numbering, or nothing where a corner is gone or two have become one.
+/// Returns a triangle in the new numbering, or `None` if a corner was dropped or two have become one.
 fn renumbered(triangle: &[u32; 3], new_index: &[u32]) -> Option<[u32; 3]> {
     let [a, b, c] = triangle.map(|i| new_index[i as usize]);
     let whole = [a, b, c].iter().all(|&i| i != u32::MAX) && a != b && b != c && c != a;
     whole.then_some([a, b, c])
 }
 
-/// Rounds coordinates to multiples of about 10⁻¹² of the extent, so that the squared distance between any two points that are
-/// different is above zero in `f32` (numbers around zero are far finer than that). All others have fewer digits anyway.
+/// Rounds coordinates to multiples of about 10⁻¹² of the extent, so that the squared distance between any two different
+/// points is above zero in `f32` (numbers around zero are far finer than that). Other coordinates have fewer digits
+/// anyway.
 fn snapping(extent: f64) -> impl Fn(f64) -> f64 {
     let step = extent.log2().floor().exp2() * 2f64.powi(-40);
     // The sum has no digits below a step.

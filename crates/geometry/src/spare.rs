@@ -1,17 +1,17 @@
-//! What loops on several threads work in, used again instead of made anew.
+//! Workspaces for loops on several threads, reused instead of created anew.
 
 use std::sync::{Mutex, PoisonError};
 
-/// Places to work in that nobody is using; there come to be as many as threads work at a time. What is left in one is
-/// what the last user left there.
+/// Workspaces that are not in use; their number grows to that of the threads that work at a time. A workspace holds
+/// what its last user left in it.
 ///
-/// An initial value for each piece of a loop would be made as often as the loop is cut, and memory that threads take and
-/// give back in turn makes them wait for each other.
+/// An initial value for each piece of a loop would be created as often as the loop is split, and memory that threads
+/// allocate and free in turn makes them wait for each other.
 #[derive(Default)]
 pub struct Spare<P>(Mutex<Vec<P>>);
 
 impl<P: Default> Spare<P> {
-    /// Lends one to `work`.
+    /// Lends a workspace to `work`.
     pub fn with<T>(&self, work: impl FnOnce(&mut P) -> T) -> T {
         let mut place = self.lock().pop().unwrap_or_default();
         let made = work(&mut place);
@@ -19,7 +19,7 @@ impl<P: Default> Spare<P> {
         made
     }
 
-    /// Nothing is done while it is held that could leave the list half changed.
+    /// Locks the list; nothing that is done meanwhile could leave it half changed.
     fn lock(&self) -> std::sync::MutexGuard<'_, Vec<P>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -1,25 +1,26 @@
-//! Points that hang alone: dust, reflections, and what a scanner sees along an edge.
+//! Strays: isolated points from dust, reflections, and what a scanner sees along an edge.
 
 use crate::{OrderedPoints, Resolution, Scan};
 use rayon::prelude::*;
 
-/// So many spacings around a point of a surface …
+/// Within this many spacings of a point of a surface …
 const RADIUS: f64 = 5.0;
-/// … there are so many other points at least: some seventy where it is seen as densely as elsewhere, so a tenth of that.
+/// … there are at least this many other points: about a tenth of the some seventy there are at the usual density.
 const FEWEST: usize = 8;
-/// Fewer lonely points than this share are left where they are. Scans of objects without strays have at most 0.002.
+/// If fewer points than this fraction are lonely, they are kept. Scans of objects without strays have at most 0.002.
 const FEW: f64 = 0.01;
-/// Where more points than this share are thin on the ground, what they stray from is not known.
+/// If more points than this fraction have sparse surroundings, it is unknown what they stray from.
 const MANY: f64 = 0.5;
-/// Of strays at least this share are lonely; of surfaces that are seen sparsely about a third to a half.
+/// Minimum fraction of the points with sparse surroundings that are lonely if they are strays; on sparsely sampled
+/// surfaces it is about a third to a half.
 const LONELY: f64 = 0.7;
 
-/// The scan without its strays; nothing where there are hardly any, or where they are most of it.
+/// Returns the scan without its strays; `None` if there are hardly any, or if they are most of it.
 ///
-/// A stray has fewer than eight other points within five spacings, the spacing being the median distance between nearest
-/// neighbours, which strays hardly change. Of a scan whose density falls off with the distance, many points are like that,
-/// too; but strays are also lonely: the nearest other point of most of them is more than three spacings away.
-/// `measured` is of the scan.
+/// A stray has fewer than eight other points within five spacings, the spacing being the median distance between
+/// nearest neighbours, which strays hardly change. In a scan whose density falls off with distance, many points are
+/// like that, too; but strays are also lonely: the nearest other point of most of them is more than three spacings
+/// away. `measured` is the resolution of the scan.
 #[must_use]
 pub fn without_strays(scan: &Scan, measured: &Resolution) -> Option<Scan> {
     if measured.lonely < FEW {
@@ -43,7 +44,7 @@ mod tests {
         without_strays(scan, &resolution_sampled(scan.points(), 4000).unwrap())
     }
 
-    /// A bowl of 10 000 points, and a cube of so many at random around it.
+    /// A bowl of 10 000 points, and `n_strays` random points in a cube around it.
     fn bowl_and_dust(n_strays: usize) -> Scan {
         let mut stream = Stream::new(5, 0);
         let bowl = (0..10_000).map(|i| {
@@ -63,7 +64,7 @@ mod tests {
             let scan = bowl_and_dust(n_strays);
             let cleaned = cleaned(&scan).unwrap();
             let of_bowl = |points: &[Point]| points.iter().filter(|p| scan.points()[..10_000].contains(p)).count();
-            // What lies beside the bowl cannot be told from it.
+            // Strays next to the bowl cannot be told apart from it.
             assert_eq!(of_bowl(cleaned.points()), 10_000);
             assert!(cleaned.points().len() < 10_000 + n_strays / 5, "{} are left", cleaned.points().len());
             assert_eq!((cleaned.origin(), cleaned.triangles()), (scan.origin(), &[[0, 1, 100]][..]));

@@ -1,12 +1,12 @@
-//! Points that carry all a detector or descriptor needs.
+//! Points with everything that a detector or descriptor needs.
 
 use crate::{NeighborIndex, Point};
 use std::sync::Arc;
 
-/// Points with unit normals, a neighbour index and the resolution. Holding one proves that they exist.
+/// Points with unit normals, a neighbour index and the resolution; having one proves that they exist.
 ///
-/// A normal may be zero where the neighbourhood has none (a line, a lone point); everything that reads normals skips
-/// those. A clone shares the parts.
+/// A normal may be zero if the neighbourhood has none (a line, an isolated point); everything that reads normals skips
+/// those. Clones share the data.
 #[derive(Clone)]
 pub struct Surface {
     points: Arc<[Point]>,
@@ -16,10 +16,10 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Puts the parts together.
+    /// Assembles the parts.
     ///
     /// # Panics
-    /// When they do not belong together: other counts, or a resolution that is not above zero.
+    /// If the counts differ, or the resolution is not above zero.
     #[must_use]
     pub fn new(points: Vec<Point>, normals: Vec<Point>, index: NeighborIndex, resolution: f64) -> Self {
         assert!(
@@ -30,44 +30,44 @@ impl Surface {
         Surface { points: points.into(), normals: normals.into(), index: Arc::new(index), resolution }
     }
 
-    /// Centred points.
+    /// Returns the centred points.
     #[must_use]
     pub fn points(&self) -> &[Point] {
         &self.points
     }
 
-    /// Unit normals, or zero.
+    /// Returns the normals, of unit length or zero.
     #[must_use]
     pub fn normals(&self) -> &[Point] {
         &self.normals
     }
 
-    /// The same surface seen from its other side.
+    /// Returns the same surface seen from its other side, with all normals reversed.
     #[must_use]
     pub fn flipped(mut self) -> Self {
         self.normals = self.normals.iter().map(|normal| normal.map(|v| -v)).collect();
         self
     }
 
-    /// Neighbours among [`Surface::points`].
+    /// Returns the index of the neighbours among [`Surface::points`].
     #[must_use]
     pub fn index(&self) -> &NeighborIndex {
         &self.index
     }
 
-    /// Mean distance to the nearest other point, data units.
+    /// Returns the mean distance to the nearest other point, data units.
     #[must_use]
     pub fn resolution(&self) -> f64 {
         self.resolution
     }
 
-    /// How many points there are.
+    /// Returns the number of points.
     #[must_use]
     pub fn len(&self) -> usize {
         self.points.len()
     }
 
-    /// Whether there are no points.
+    /// Returns whether there are no points.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.points.is_empty()

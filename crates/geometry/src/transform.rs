@@ -1,20 +1,22 @@
-//! Rigid motions, and the few measures of them that several stages need.
+//! Rigid motions, and the measures of them that several stages need.
 
 use crate::{Point, wide};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-/// A rigid motion in `f64`. A value is called `target_from_source`: it maps source points into the target's frame.
+/// A rigid motion in `f64`. A value named `target_from_source` maps source points into the target's frame.
 pub type RigidTransform = Isometry3<f64>;
 
-/// The 4×4 matrix, row by row, last row `0 0 0 1`.
+/// Returns the 4×4 matrix, row by row; the last row is `0 0 0 1`.
 #[must_use]
 pub fn to_rows(transform: &RigidTransform) -> [[f64; 4]; 4] {
     let matrix = transform.to_homogeneous();
     std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)]))
 }
 
-/// The rigid motion nearest to a 4×4 matrix given row by row, or `None` where its upper left 3×3 is farther than
-/// `tolerance` (Frobenius norm) from a rotation or anything is not finite.
+/// Returns the rigid motion nearest to a 4×4 matrix given row by row.
+///
+/// `None` if its upper left 3×3 is farther than `tolerance` (Frobenius norm) from a rotation, or if anything is not
+/// finite.
 #[must_use]
 pub fn from_rows(rows: &[[f64; 4]; 4], tolerance: f64) -> Option<RigidTransform> {
     if rows.iter().flatten().any(|v| !v.is_finite()) {
@@ -31,15 +33,15 @@ pub fn from_rows(rows: &[[f64; 4]; 4], tolerance: f64) -> Option<RigidTransform>
     Some(RigidTransform::from_parts(Translation3::new(rows[0][3], rows[1][3], rows[2][3]), rotation))
 }
 
-/// The angle between the rotations of two motions, radians. Accurate near zero, where the usual arc cosine of the
-/// trace loses half its digits.
+/// Returns the angle between the rotations of two motions, radians. Accurate near zero, where the usual arc cosine of
+/// the trace loses half its digits.
 #[must_use]
 pub fn angle_between(a: &RigidTransform, b: &RigidTransform) -> f64 {
     let difference = a.rotation.to_rotation_matrix().matrix() - b.rotation.to_rotation_matrix().matrix();
     2.0 * (difference.norm() / 8f64.sqrt()).min(1.0).asin()
 }
 
-/// How far apart two motions put the same points, on average. Zero for no points.
+/// Returns the mean distance between where two motions put the same points; zero without points.
 #[must_use]
 pub fn mean_displacement(points: &[Point], a: &RigidTransform, b: &RigidTransform) -> f64 {
     let total: f64 = points
@@ -52,7 +54,7 @@ pub fn mean_displacement(points: &[Point], a: &RigidTransform, b: &RigidTransfor
     if points.is_empty() { 0.0 } else { total / points.len() as f64 }
 }
 
-/// A motion between centred clouds, for the original coordinates: `t_out = t + o_target − R o_source`.
+/// Converts a motion between centred clouds to the original coordinates: `t_out = t + o_target − R o_source`.
 #[must_use]
 pub fn uncentred(
     centred: &RigidTransform,

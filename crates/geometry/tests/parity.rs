@@ -1,4 +1,4 @@
-//! The same numbers as PCL's, on a stored scan: resolution, voxel grid, normals. `scripts/parity` makes the tables.
+//! Agreement with PCL on a stored scan: resolution, voxel grid, normals. `scripts/parity` creates the tables.
 
 #[allow(dead_code, reason = "each crate's test reads a part of the tables")]
 #[cfg(test)]
@@ -19,8 +19,8 @@ fn resolution_is_pcls() {
     assert!(difference < 1e-6);
 }
 
-/// On other scans a cell more or less is possible: PCL multiplies by 1 / leaf in `f32`, which takes a point next to a
-/// cell's face into the other cell.
+/// On other scans the number of cells may differ slightly: PCL multiplies by 1 / leaf in `f32`, which moves a point
+/// next to a cell's face into the other cell.
 #[test]
 fn voxel_centroids_are_pcls() {
     let leaf = 2.0 * tables::resolution();
@@ -33,7 +33,7 @@ fn voxel_centroids_are_pcls() {
     assert_eq!(tables::share_within("centroids, distance in leaves", 1e-4, distances), 1.0);
 }
 
-/// Whether the `k` nearest points are the same ones to whoever looks: the next is farther by more than rounding.
+/// Returns whether the `k` nearest points are unambiguous: the next is farther by more than rounding.
 fn has_settled_neighbors(index: &NeighborIndex, point: &Point, k: usize) -> bool {
     let nearest = index.nearest_n(point, k + 1);
     nearest.len() <= k || nearest[k].distance_sq > nearest[k - 1].distance_sq * (1.0 + 1e-5)

@@ -1,27 +1,27 @@
-//! The points of a cell beside all points around it, gathered once for all of them.
+//! The points of a cell together with all points around it, gathered once for the whole cell.
 //!
-//! Where every point of a cloud is asked for the same thing, those of one cell look at the same places. What they look at is
-//! laid in rows of whole vector registers, so that it can be gone through without a branch.
+//! If every point of a cloud is queried in the same way, the points of one cell all examine the same points. These are
+//! laid out in rows of whole vector registers, so that they can be processed without branches.
 
 use crate::{OrderedPoints, Point, Spare};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Numbers that are worked on side by side.
+/// Number of values processed side by side.
 pub(crate) const LANES: usize = 16;
-/// Rows of cells that one thread takes at a time.
+/// Number of rows of cells that one thread takes at a time.
 const ROWS_AT_A_TIME: usize = 8;
 
-/// One coordinate of some points; what is left of the last lanes is infinitely far.
+/// One coordinate of some points; unused lanes at the end are infinite.
 pub(crate) type Column<'a> = &'a [[f32; LANES]];
 
 /// The points in and around a cell.
 #[derive(Default)]
 pub(crate) struct Block {
-    /// Longer than the block, so that they need not grow.
+    /// May be longer than the block, so that they need not grow.
     columns: [Vec<[f32; LANES]>; 3],
     len: usize,
-    /// Where the points of the cell are in it.
+    /// Positions within the block of the points of the cell.
     members: Range<usize>,
 }
 
@@ -30,7 +30,8 @@ impl Block {
         self.columns.each_ref().map(|column| &column[..self.len.div_ceil(LANES)])
     }
 
-    /// For each point of the cell what `of_one` makes of it and of the block without it, which has it infinitely far.
+    /// Applies `of_one` to each point of the cell and to the block without it, in which that point is infinitely far
+    /// away.
     #[inline(always)]
     pub(crate) fn each_without_itself<T>(&mut self, made: &mut [T], of_one: impl Fn(Point, [Column<'_>; 3]) -> T) {
         for (made, i) in made.iter_mut().zip(self.members.clone()) {
@@ -41,7 +42,7 @@ impl Block {
         }
     }
 
-    /// The points of the runs, among which are those of the cell.
+    /// Gathers the points of the runs, which include those of the cell.
     fn gather_around(&mut self, points: &OrderedPoints, members: Range<usize>, runs: &[Range<usize>]) {
         self.gather(points, runs);
         let before = |run: &Range<usize>| members.start.clamp(run.start, run.end) - run.start;
@@ -65,7 +66,7 @@ impl Block {
     }
 }
 
-/// Copies a run as whole lanes, which is faster than a call. What is written beyond its end means nothing.
+/// Copies a run as whole lanes, which is faster than a call. Values written beyond its end are meaningless.
 #[inline]
 fn copy_run(column: &[f32], run: &Range<usize>, to: &mut [f32]) {
     let whole = run.len().next_multiple_of(LANES);
@@ -79,9 +80,9 @@ fn copy_run(column: &[f32], run: &Range<usize>, to: &mut [f32]) {
 }
 
 impl OrderedPoints {
-    /// Hands every cell that has points to `work`: the places of its points in the order, and all points of the cells around
-    /// it, which hold everything within the side of a cell of each of them. `work` has a place to work in. It makes
-    /// something of each point of the cell; what comes of it is in the order of the cells.
+    /// Passes every occupied cell to `work`: the places of its points in the order, and all points of the surrounding
+    /// cells, which contain everything within one cell side of each of them. `work` is lent a workspace and computes
+    /// one value for each point of the cell; the values are returned in cell order.
     pub(crate) fn each_block<P: Default + Send, T: Copy + Default + Send + Sync>(
         &self,
         work: impl Fn(&mut P, Range<usize>, &mut Block, &mut [T]) + Sync,
@@ -108,7 +109,7 @@ impl OrderedPoints {
         made
     }
 
-    /// Of things in the order of the cells, one a point, those of the points in their own order.
+    /// Reorders values in cell order, one per point, into the original order of the points.
     pub(crate) fn in_order_of_points<T: Copy + Default>(&self, of_places: &[T]) -> Vec<T> {
         let mut of_points = vec![T::default(); of_places.len()];
         self.cells().order().iter().zip(of_places).for_each(|(&i, made)| of_points[i as usize] = *made);

@@ -1,6 +1,6 @@
-//! Points in the order of a grid, in which the neighbours of a place are a few runs.
+//! Points sorted by the cells of a grid, so that the neighbours of a position lie in a few contiguous runs.
 //!
-//! Where many points are asked for all of their many neighbours, reading runs from end to end is several times faster than
+//! If many points are queried for all of their many neighbours, reading runs sequentially is several times faster than
 //! walking a tree, and the work on a run can use whole vector registers.
 
 use super::grid::Grid;
@@ -9,24 +9,24 @@ use multiversion::multiversion;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Cells for each point at most, so that the table is not larger than the cloud; the cells grow instead.
+/// Maximum number of cells per point, which bounds the table by the size of the cloud; beyond it the cells grow.
 const MAX_CELLS_PER_POINT: f64 = 16.0;
-/// Cells at most: their numbers fit into 31 bits.
+/// Maximum number of cells: their numbers fit into 31 bits.
 const MAX_CELLS: f64 = (1u64 << 31) as f64;
-/// Share of a cell by which runs reach farther than asked, so that rounding loses no point: so much …
+/// Fraction of a cell by which runs reach farther than requested, so that rounding loses no point: this much …
 const SLACK: f32 = 1e-3;
-/// … or so much for each cell along the longest side, where that is more.
+/// … or this much per cell along the longest side, if that is more.
 const SLACK_PER_CELL: f32 = 5e-7;
 
-/// Points that one thread takes at a time, at least.
+/// Minimum number of points that one thread takes at a time.
 const POINTS_AT_A_TIME: usize = 4096;
-/// A row of cells and those beside it, at most.
+/// Maximum number of rows of cells in the neighbourhood of a row, itself included.
 const ROWS_AROUND: usize = 9;
 
-/// The order of a cloud's points by cell.
+/// The points of a cloud, ordered by cell.
 pub struct Cells {
     grid: Grid,
-    /// For each cell its first place in the order, and the end at last.
+    /// For each cell its first place in the order, and finally the end of the order.
     starts: Vec<u32>,
     order: Vec<u32>,
     crowding: f64,
@@ -37,7 +37,7 @@ impl Cells {
     /// Sorts points into cells of about this side (data units); within a cell they keep their order.
     ///
     /// # Panics
-    /// With 2³² points or more, or with points and a side that is not above zero.
+    /// With 2³² points or more, or if there are points and `side` is not above zero.
     #[must_use]
     pub fn new(points: &[Point], side: f64) -> Cells {
         let n = u32::try_from(points.len()).expect("a cloud has fewer than 2^32 points");
@@ -45,12 +45,12 @@ impl Cells {
         let mut cells = vec![0; points.len()];
         let parts = cells.par_chunks_mut(POINTS_AT_A_TIME).zip(points.par_chunks(POINTS_AT_A_TIME));
         parts.for_each(|(cells, points)| number_cells(points, &grid, cells));
-        // First where each cell ends; filling it from behind leaves where it starts.
+        // First the end of each cell; filling backwards turns it into the start.
         let mut starts = vec![0u32; grid.n_cells() + 1];
         let mut pairs = 0u64;
         for &cell in &cells {
             let count = &mut starts[cell as usize];
-            // From one square to the next.
+            // The difference between consecutive squares.
             pairs += 2 * u64::from(*count) + 1;
             *count += 1;
         }
@@ -70,32 +70,32 @@ impl Cells {
         Cells { grid, starts, order, crowding: pairs as f64 / f64::from(n.max(1)), slack }
     }
 
-    /// Mean number of points in the cell of a point: how long a search takes.
+    /// Returns the mean number of points in the cell of a point, which determines how long a search takes.
     pub(crate) fn crowding(&self) -> f64 {
         self.crowding
     }
 
-    /// Positions of the points, by cell.
+    /// Returns the positions of the points, sorted by cell.
     #[inline]
     #[must_use]
     pub fn order(&self) -> &[u32] {
         &self.order
     }
 
-    /// Numbers of the rows of cells along x that hold points, ascending.
+    /// Returns the numbers of the rows of cells along x that hold points, ascending.
     pub(crate) fn occupied_rows(&self) -> impl Iterator<Item = usize> + '_ {
         let along = self.grid.size[0].max(1);
         (0..self.grid.n_cells() / along).filter(|row| !self.places_in_row(*row).is_empty())
     }
 
-    /// Where the points of a row of cells are in the order.
+    /// Returns the places in the order of the points of a row of cells.
     pub(crate) fn places_in_row(&self, row: usize) -> Range<usize> {
         let along = self.grid.size[0];
         self.starts[row * along] as usize..self.starts[(row + 1) * along] as usize
     }
 
-    /// Visits the cells of a row that hold points: the places of theirs in the order, and the runs of the cells around, of
-    /// which some are empty.
+    /// Visits the occupied cells of a row, each with the places of its points in the order and the runs of the
+    /// surrounding cells, some of which are empty.
     pub(crate) fn row_blocks(&self, row: usize, mut visit: impl FnMut(Range<usize>, &[Range<usize>])) {
         let [along, ny, nz] = self.grid.size;
         let around = |i: usize, n: usize| i.saturating_sub(1)..(i + 2).min(n);
@@ -117,8 +117,9 @@ impl Cells {
         }
     }
 
-    /// Visits the runs of the order, ascending, that hold all points within `radius` (data units) of a place: those of the
-    /// block of cells around it. Where that is a few cells wide, looking closer costs more than it spares.
+    /// Visits the runs of the order, ascending, that hold all points within `radius` (data units) of a position: those
+    /// of the block of cells around it. If the block is only a few cells wide, a tighter selection costs more than it
+    /// saves.
     #[inline]
     pub(crate) fn around(&self, centre: &Point, radius: f64, mut visit: impl FnMut(Range<usize>)) {
         let Grid { side, size, .. } = self.grid;
@@ -144,7 +145,8 @@ impl Cells {
         }
     }
 
-    /// Runs of the order, ascending, that hold all points within `radius` (data units) of a place, and others.
+    /// Returns runs of the order, ascending, that hold all points within `radius` (data units) of a position, and
+    /// others.
     #[inline]
     pub fn runs(&self, centre: &Point, radius: f64) -> impl Iterator<Item = Range<usize>> + '_ {
         let Grid { side, size, .. } = self.grid;
@@ -155,7 +157,7 @@ impl Cells {
             let high = ((place[axis] + half).max(-1.0) + 1.0) as usize;
             low.min(size[axis])..high.min(size[axis])
         };
-        // How far a layer of cells is from the place.
+        // Distance of a layer of cells from the position.
         let gap = move |axis: usize, cell: usize| {
             let low = cell as f32;
             (low - place[axis]).max(place[axis] - low - 1.0).max(0.0)
@@ -176,7 +178,7 @@ impl Cells {
     }
 }
 
-/// The number of the cell of each point of a cloud that the grid was laid around.
+/// Computes the number of the cell of each point of the cloud that the grid was laid around.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
 fn number_cells(points: &[Point], grid: &Grid, cells: &mut [u32]) {
     let last = grid.size.map(|n| n as i32 - 1);

@@ -1,4 +1,4 @@
-//! The nearest other point of a few points of a large cloud, without an index of the whole.
+//! The nearest other point of a few points of a large cloud, without an index of the whole cloud.
 
 use super::ordered::distance_sq;
 use crate::bounds::bounds;
@@ -6,21 +6,21 @@ use crate::{NeighborIndex, OrderedPoints, Point};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// Points from which the distance between neighbours is guessed, and at every so many of which.
+/// Number of points from which the distance between neighbours is estimated, and the stride at which they are queried.
 const GUESSED_FROM: usize = 2000;
 const GUESSED_AT_EVERY: usize = 8;
-/// Up to so many points a cloud is sorted into a grid; of a larger one only what is near to the points asked is looked at. For one cloud
-/// alone a grid is faster up to 200 000 points, but where two are measured side by side, giving back its megabytes interrupts
-/// the other thread.
+/// Clouds of up to this many points are sorted into a grid; of a larger one only the surroundings of the queried points
+/// are examined. For a single cloud a grid is faster up to 200 000 points, but if two are measured in parallel,
+/// releasing its megabytes interrupts the other thread.
 const SORTED_UP_TO: usize = 10_000;
-/// So many guessed distances are looked far at first, and this factor farther where nothing was found.
+/// Reach of the first search in estimated distances, and the factor by which it grows where nothing was found.
 const REACH: f64 = 2.0;
 const GROWTH: f64 = 4.0;
 
 type Cell = [i32; 3];
 
-/// The squared distance from each of the points `asked` (positions, in any order) to its nearest other point; infinite
-/// where there is no other one. Exact.
+/// Returns the squared distance from each of the points `asked` (positions, in any order) to its nearest other point;
+/// infinite if there is none. Exact.
 pub(crate) fn nearest_others_sq(points: &[Point], asked: &[u32]) -> Vec<f32> {
     let reach = REACH * guessed_spacing(points);
     let is_small = points.len() <= SORTED_UP_TO;
@@ -30,14 +30,14 @@ pub(crate) fn nearest_others_sq(points: &[Point], asked: &[u32]) -> Vec<f32> {
     }
 }
 
-/// The whole cloud is looked through, once for each reach.
+/// Scans the whole cloud once for each reach.
 fn looked_through(points: &[Point], asked: &[u32], mut reach: f64) -> Vec<f32> {
     let mut found = vec![f32::INFINITY; asked.len()];
     let mut open: Vec<u32> = (0..asked.len() as u32).collect();
     let (low, high) = bounds(points);
     let extent = (0..3).map(|k| f64::from(high[k] - low[k])).fold(0.0, f64::max);
     while !open.is_empty() {
-        // One cell at last, in which everything is.
+        // Finally a single cell that contains everything.
         let is_last = reach.is_nan() || reach <= 0.0 || reach >= extent;
         let cells = CornerCells { low, side: if is_last { f64::INFINITY } else { 2.0 * reach } };
         let centres: Vec<u32> = open.iter().map(|&i| asked[i as usize]).collect();
@@ -49,7 +49,7 @@ fn looked_through(points: &[Point], asked: &[u32], mut reach: f64) -> Vec<f32> {
     found
 }
 
-/// Cells so wide that the eight around the corner next to a point hold everything within half a side of it.
+/// Cells so wide that the eight around the corner nearest to a point hold everything within half a side of it.
 struct CornerCells {
     low: Point,
     side: f64,
@@ -60,7 +60,7 @@ impl CornerCells {
         std::array::from_fn(|k| f64::from(p[k] - self.low[k]) / self.side)
     }
 
-    /// Numbers of very far cells are cut off at the largest one.
+    /// Returns the cell of a point; the numbers of very distant cells saturate.
     fn of(&self, p: &Point) -> Cell {
         self.place(p).map(|v| v as i32)
     }
@@ -73,9 +73,9 @@ impl CornerCells {
 
 /// The points in and around some cells.
 struct Members {
-    /// For each centre the numbers of the cells around it; a cell that holds nothing has one, too.
+    /// For each centre the numbers of the cells around it; empty cells have numbers, too.
     around: Vec<[u32; 8]>,
-    /// For each number its first place in `order`, and the end at last.
+    /// For each number its first place in `order`, and finally the end of `order`.
     starts: Vec<u32>,
     order: Vec<u32>,
 }
@@ -118,8 +118,8 @@ impl Members {
     }
 }
 
-/// From an even part of the points, as if the cloud were a sheet: its neighbours are farther by the root of what was left
-/// out. The median, so that stray points do not count.
+/// Estimates the distance between neighbours from an evenly thinned part of the points, as if the cloud were a sheet:
+/// thinning increases the distance by the square root of the stride. The median makes it insensitive to stray points.
 fn guessed_spacing(points: &[Point]) -> f64 {
     let stride = points.len().div_ceil(GUESSED_FROM).max(1);
     let some: Vec<Point> = points.iter().step_by(stride).copied().collect();
@@ -142,7 +142,7 @@ mod tests {
         let mut stream = Stream::new(6, 0);
         let mut sheet: Vec<Point> =
             (0..30_000).map(|_| [stream.unit() as f32, stream.unit() as f32, 0.01 * stream.unit() as f32]).collect();
-        // Stray points, a far one, and a clump.
+        // Stray points, a distant one, and a cluster.
         sheet.extend((0..50).map(|i| [5.0 + i as f32, 3.0, -2.0]));
         sheet.push([1e12, 0.0, 0.0]);
         sheet.extend((0..500).map(|i| [2.0 + 1e-6 * i as f32, 2.0, 2.0]));

@@ -1,4 +1,5 @@
-//! The nearest point of a cloud, looked up in a grid: what kd-trees answer exactly, answered in one memory access.
+//! An approximately nearest point of a cloud, looked up in a grid: a single memory access instead of an exact kd-tree
+//! search.
 
 use super::grid::Grid;
 use crate::{Point, Spare};
@@ -7,37 +8,37 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::ops::Range;
 
-/// More cells than this would cost more memory than a scan is worth; the cells grow instead.
+/// Maximum number of cells, since more would cost more memory than a scan is worth; beyond it the cells grow.
 const MAX_CELLS: f64 = 1.6e7;
 const NOTHING: u32 = u32::MAX;
-/// From the middle of a cell to its corner, in cells, rounded up.
+/// Distance from the centre of a cell to its corner, in cells, rounded up.
 const HALF_DIAGONAL: f32 = 0.87;
 
-/// Points that are looked up together.
+/// Number of points looked up together.
 const BLOCK: usize = 64;
-/// Layers of cells that are filled at a time: what is written to stays in the cache.
+/// Number of layers of cells filled at a time, so that the memory written to stays in the cache.
 const LAYERS: usize = 16;
-/// Cells that are filled together.
+/// Number of cells filled together.
 const LANES: usize = 8;
 
-/// For every cell near a cloud, a point near to the cell's centre.
+/// For every cell near a cloud, a point near the cell's centre.
 ///
-/// Of the points in one cell only the one nearest to its centre is remembered, and a query is answered for the centre
-/// of its cell: so a point returned may be farther than the nearest one by up to two diagonals of a cell. Built once in
-/// time proportional to occupied cells × (reach / cell)³.
+/// Of the points in one cell only the one nearest to its centre is stored, and a query is answered for the centre of
+/// its cell: a point returned may therefore be farther than the nearest one by up to two diagonals of a cell. Built
+/// once in time proportional to occupied cells × (reach / cell)³.
 pub struct NearestField {
     grid: Grid,
-    /// By the number of the cell, and nothing in a few more.
+    /// By cell number, followed by a few entries that hold nothing.
     nearest: Vec<u32>,
 }
 
 impl NearestField {
-    /// Cells of side `cell` (data units), filled as far as `reach` around the points.
+    /// Builds cells of side `cell` (data units), filled as far as `reach` around the points.
     #[must_use]
     pub fn new(points: &[Point], cell: f64, reach: f64) -> Self {
         let grid = Grid::around(points, cell, reach, MAX_CELLS);
         let in_cells = reach as f32 / grid.side + HALF_DIAGONAL;
-        // Whatever is nearer than this is within reach.
+        // Anything nearer than this is within reach.
         let nobody = offer((in_cells * in_cells).next_up(), 0);
         let placed = representatives(&grid, points);
         let mut nearest = vec![0; grid.n_cells() + LANES];
@@ -66,7 +67,7 @@ impl NearestField {
         NearestField { grid, nearest }
     }
 
-    /// A point near to the middle of the cell that `query` is in; `None` beyond the reach.
+    /// Returns a point near the centre of the cell that contains `query`; `None` beyond the reach.
     #[must_use]
     pub fn nearest(&self, query: &Point) -> Option<u32> {
         let mut found = [None];
@@ -74,11 +75,11 @@ impl NearestField {
         found[0]
     }
 
-    /// The same for many points. Where they are looked up is known of many before the first is waited for: nearly all of the
-    /// time is that of the memory.
+    /// Looks up points for many queries, as `nearest` does for one. The cells of many queries are computed before the
+    /// first lookup is awaited: nearly all of the time is memory latency.
     ///
     /// # Panics
-    /// Where `found` is shorter than `queries`.
+    /// If `found` is shorter than `queries`.
     pub fn nearest_each(&self, queries: &[Point], found: &mut [Option<u32>]) {
         let found = &mut found[..queries.len()];
         let mut cells = [0; BLOCK];
@@ -92,7 +93,7 @@ impl NearestField {
     }
 }
 
-/// Numbers of the cells that points are in; that after the last for a point in none.
+/// Computes the numbers of the cells that points are in; one past the last number for a point outside the grid.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
 fn number_cells(grid: &Grid, points: &[Point], cells: &mut [u32]) {
     let size = grid.size.map(|n| n as u32);
@@ -100,14 +101,14 @@ fn number_cells(grid: &Grid, points: &[Point], cells: &mut [u32]) {
     for (cell, point) in cells.iter_mut().zip(points) {
         let place = grid.place(point);
         let inside = (0..3).fold(true, |all, axis| all & (place[axis] >= 0.0) & (place[axis] < size[axis] as f32));
-        // Rounded towards zero; far out it is cut off, and not used.
+        // Rounded towards zero; far out the value saturates and is not used.
         let [x, y, z] = place.map(|v| v as i32 as u32);
         let number = z.wrapping_mul(size[1]).wrapping_add(y).wrapping_mul(size[0]).wrapping_add(x);
         *cell = if inside { number } else { outside };
     }
 }
 
-/// Of each occupied cell the point nearest to its centre, with its place in cells; by their places along z.
+/// Returns, for each occupied cell, the point nearest to its centre with its coordinates in cells; sorted along z.
 fn representatives(grid: &Grid, points: &[Point]) -> Vec<(Point, u32)> {
     let mut best: FxHashMap<usize, (f32, u32)> = FxHashMap::default();
     for (number, point) in (0u32..).zip(points) {
@@ -125,23 +126,23 @@ fn representatives(grid: &Grid, points: &[Point]) -> Vec<(Point, u32)> {
     chosen
 }
 
-/// The box of cells that may have their centres within reach of a point.
+/// The box of cells whose centres may be within reach of a point.
 #[derive(Default)]
 struct Stamp {
     /// The number of its first cell.
     first: usize,
-    /// How much the number grows from row to row along y, and along z.
+    /// Increments of the number from row to row along y, and along z.
     steps: [usize; 2],
-    /// Squared distances of centres from the point along each axis, in cells; those along x by lanes, of which the last are
-    /// infinitely far.
+    /// Squared distances of the centres from the point along each axis, in cells; those along x in lanes, of which the
+    /// unused ones at the end are infinite.
     from_x: Vec<[f32; LANES]>,
     from_y: Vec<f32>,
     from_z: Vec<f32>,
 }
 
 impl Stamp {
-    /// Around a place that is given in cells, as far as `reach`, in cells too; of some layers of the grid, whose first cell is
-    /// the first.
+    /// Places the stamp around `place` as far as `reach`, both in cells, restricted to some layers of the grid; cells
+    /// are numbered from the first cell of these layers.
     fn place(&mut self, grid: &Grid, layers: &Range<usize>, place: &Point, reach: f32) {
         let [xs, ys, zs] = [0, 1, 2].map(|axis| {
             let low = (place[axis] - reach - 0.5).ceil().max(0.0) as usize;
@@ -162,15 +163,15 @@ impl Stamp {
     }
 }
 
-/// A point and its squared distance, which is not negative, as the bits of one number: the nearer point is less, of equally near
-/// ones the first. The lesser of two such numbers is one instruction.
+/// Packs a point and its squared distance, which is not negative, into the bits of one number: the nearer point is
+/// less, and of equally near points the first. Taking the lesser of two such numbers is a single instruction.
 #[inline(always)]
 fn offer(distance_sq: f32, number: u32) -> f64 {
     f64::from_bits(u64::from(distance_sq.to_bits()) << u32::BITS | u64::from(number))
 }
 
-/// Offers a point to all cells of its stamp. Compiled once for each instruction set and chosen at run time; the bits are the same
-/// on all of them.
+/// Offers a point to all cells of its stamp. Compiled for several instruction sets and chosen at run time; the bits are
+/// the same on all of them.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
 fn press(stamp: &Stamp, number: u32, nobody: f64, best: &mut [f64]) {
     for (z, from_z) in stamp.from_z.iter().enumerate() {

@@ -1,42 +1,45 @@
-//! The nearest points of places that move little from one time to the next.
+//! The nearest points of queries that move little from one time to the next.
 
 use super::ordered::{distance_sq, lesser};
 use crate::{OrderedPoints, Point};
 
-/// A place that has found nothing looks farther by this factor, …
+/// A query that has found nothing searches farther by this factor, …
 const WIDER: f64 = 1.3;
-/// … if it has moved by less than this share of the radius: then it will hardly move farther.
+/// … if it has moved by less than this fraction of the radius, since it will then hardly move farther.
 const SETTLED: f64 = 0.05;
-/// Share of a distance by which rounding may change it, and far more.
+/// Fraction of a distance by which rounding may change it, with an ample margin.
 const ROUNDING: f32 = 1e-5;
 const NOBODY: u32 = u32::MAX;
 
-/// Where a place was when it was last looked around it, and what that says of the places close by.
+/// Where a query was at its last search, and what that search implies for nearby queries.
 #[derive(Clone, Copy, Debug)]
 pub struct LastSeen {
     at: Point,
     nearest: u32,
-    /// With a nearest point: how far it may move until another can be nearer. With none: how far nobody is.
+    /// With a nearest point: how far the query may move before another can be nearer. Without: how far away there is no
+    /// point.
     free: f32,
 }
 
 impl Default for LastSeen {
-    /// Nothing has been seen.
+    /// Returns the state before any search.
     fn default() -> Self {
         LastSeen { at: [f32::NAN; 3], nearest: NOBODY, free: 0.0 }
     }
 }
 
 impl OrderedPoints {
-    /// The nearest point at most `radius` away (data units), by its position in the slice that was sorted; of equally near ones the
-    /// first in order. There is no search where the place has moved so little since the last one that its nearest point must be
-    /// the same, or still out of reach: by the triangle inequality.
+    /// Returns the nearest point at most `radius` away (data units), by its position in the slice that was sorted; ties
+    /// go to the first in order.
+    ///
+    /// No search takes place if the query has moved so little since the last one that, by the triangle inequality, its
+    /// nearest point must be the same or still out of reach.
     pub fn nearest_following(&self, query: &Point, radius: f64, last: &mut LastSeen) -> Option<u32> {
         let moved = distance_sq(&last.at, query).sqrt();
         if last.nearest == NOBODY && moved + radius as f32 <= last.free {
             return None;
         }
-        // What is no number is looked for.
+        // NaN leads to a search.
         let is_known = last.nearest != NOBODY && moved <= last.free;
         if !is_known {
             *last = self.seen(query, radius, f64::from(moved) < SETTLED * radius);
@@ -63,15 +66,16 @@ impl OrderedPoints {
         }
     }
 
-    /// The nearest point at most `reach` away and its squared distance, of equally near ones the first in order; and a squared
-    /// distance within which there is no other, or `reach` at least.
+    /// Returns the nearest point at most `reach` away and its squared distance, ties going to the first in order; and
+    /// the squared distance of the next point. If that exceeds `reach`, it means only that no other point is within
+    /// `reach`.
     pub(crate) fn two_nearest(&self, query: &Point, reach: f64) -> (Option<(usize, f32)>, f32) {
         let (mut nearest, mut first, mut second) = (0, f32::INFINITY, f32::INFINITY);
         self.cells().around(query, reach, |run| {
             let columns = self.columns().each_ref().map(|column| &column[run.clone()]);
             for (i, place) in run.enumerate() {
                 let away = distance_sq(&columns.map(|column| column[i]), query);
-                // Without a branch: which points are nearer than those before is nearly chance.
+                // Without a branch: whether a point is nearer than those before is almost random.
                 let is_first = away < first;
                 second = lesser(second, if is_first { first } else { away });
                 nearest = if is_first { place } else { nearest };
@@ -87,7 +91,7 @@ mod tests {
     use super::*;
     use crate::random::Stream;
 
-    /// Places that wander in ever smaller steps find what a search of its own finds.
+    /// Queries that wander in ever smaller steps find what an independent search finds.
     #[test]
     fn what_is_remembered_is_what_a_search_finds() {
         let mut stream = Stream::new(5, 0);

@@ -3,21 +3,22 @@
 use crate::Point;
 use crate::bounds::bounds;
 
-/// Where the cells are.
+/// The position and size of the cells.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Grid {
     pub(crate) low: Point,
     /// Side of a cell, data units.
     pub(crate) side: f32,
-    /// Cells along each axis.
+    /// Number of cells along each axis.
     pub(crate) size: [usize; 3],
 }
 
 impl Grid {
-    /// Holds all points with a margin around them; the cells grow until there are at most so many. No cells for no points.
+    /// Returns a grid that holds all points with a margin around them; the cells grow until there are at most
+    /// `max_cells`. Without points there are no cells.
     ///
     /// # Panics
-    /// With points and a side that is not above zero.
+    /// If there are points and `side` is not above zero.
     pub(crate) fn around(points: &[Point], side: f64, margin: f64, max_cells: f64) -> Grid {
         let (low, high) = bounds(points);
         if points.is_empty() {
@@ -40,12 +41,12 @@ impl Grid {
         self.size.iter().product()
     }
 
-    /// Coordinates in cells.
+    /// Returns the coordinates of a point in units of cells.
     pub(crate) fn place(&self, point: &Point) -> Point {
         std::array::from_fn(|axis| (point[axis] - self.low[axis]) / self.side)
     }
 
-    /// The number of a cell; those along x follow each other.
+    /// Returns the number of a cell; cells adjacent along x have consecutive numbers.
     pub(crate) fn number(&self, [x, y, z]: [usize; 3]) -> usize {
         (z * self.size[1] + y) * self.size[0] + x
     }

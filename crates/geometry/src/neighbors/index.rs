@@ -5,16 +5,16 @@ use kiddo::leaf_strategy::FlatVec;
 use kiddo::{Eytzinger, KdTree, SquaredEuclidean};
 use std::num::NonZero;
 
-/// Points in a leaf. With half as many it takes 1.25 times as long to build, and is asked 1.3 times as fast: where all points
-/// of a cloud are asked, a grid answers, so few questions are left for the tree.
+/// Number of points in a leaf. Half as many would make building take 1.25 times as long and queries 1.3 times as fast;
+/// since a grid answers wherever all points of a cloud are queried, few queries are left for the tree.
 const LEAF: usize = 128;
 type Tree = KdTree<f32, u32, Eytzinger, FlatVec<f32, u32, 3, LEAF>, 3, LEAF>;
 type Squared = SquaredEuclidean<f32>;
 
-/// Parts of the tree with so many points or more are built side by side.
+/// Parts of the tree with at least this many points are built in parallel.
 const SPLIT_FROM: usize = 4096;
 
-/// A point found, by its position in the slice that the index was built from.
+/// A point found, identified by its position in the slice that the index was built from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Neighbor {
     /// Position in the indexed slice.
@@ -23,17 +23,17 @@ pub struct Neighbor {
     pub distance_sq: f32,
 }
 
-/// A kd-tree over points. Built once, then only asked; safe to share between threads.
+/// A kd-tree over points. Immutable once built, and safe to share between threads.
 ///
-/// The order of equally distant neighbours is not specified, but it repeats for the same points in the same order.
+/// The order of equally distant neighbours is unspecified, but is the same for the same points in the same order.
 pub struct NeighborIndex {
-    // None for no points: an empty tree would answer item 0 at infinity.
+    // `None` without points: an empty tree would return item 0 at infinite distance.
     tree: Option<Tree>,
     len: usize,
 }
 
 impl NeighborIndex {
-    /// Indexes finite points; duplicates are fine.
+    /// Indexes finite points; duplicates are allowed.
     ///
     /// # Panics
     /// With 2³² points or more.
@@ -45,26 +45,26 @@ impl NeighborIndex {
         NeighborIndex { tree, len: points.len() }
     }
 
-    /// How many points are indexed.
+    /// Returns the number of indexed points.
     #[must_use]
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether there is nothing to be found.
+    /// Returns whether there are no points to be found.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// The nearest point, itself included where the query is one of the points. `None` for an empty index.
+    /// Returns the nearest point, including the query itself if it is one of the points; `None` for an empty index.
     #[must_use]
     pub fn nearest(&self, query: &Point) -> Option<Neighbor> {
         let hit = self.tree.as_ref()?.query(query).nearest_one::<Squared>().execute();
         Some(Neighbor { index: hit.item, distance_sq: hit.distance })
     }
 
-    /// The nearest point at most `radius` away (inclusive), itself included.
+    /// Returns the nearest point at most `radius` away (inclusive), including the query itself.
     #[must_use]
     pub fn nearest_within(&self, query: &Point, radius: f64) -> Option<Neighbor> {
         let radius = radius as f32;
@@ -73,7 +73,7 @@ impl NeighborIndex {
         hits.first().map(|hit| Neighbor { index: hit.item, distance_sq: hit.distance })
     }
 
-    /// The `k` nearest points, nearest first; all of them where there are fewer.
+    /// Returns the `k` nearest points, nearest first; all of them if there are fewer.
     #[must_use]
     pub fn nearest_n(&self, query: &Point, k: usize) -> Vec<Neighbor> {
         let (Some(tree), Some(k)) = (self.tree.as_ref(), NonZero::new(k.min(self.len))) else { return Vec::new() };
@@ -91,7 +91,7 @@ impl NeighborIndex {
             .visit(|hit| visit(Neighbor { index: hit.item, distance_sq: hit.distance }));
     }
 
-    /// Whether at least `count` points lie within `radius`.
+    /// Returns whether at least `count` points lie within `radius`.
     #[must_use]
     pub fn has_within(&self, query: &Point, radius: f64, count: usize) -> bool {
         let mut found = 0;
@@ -109,7 +109,7 @@ mod tests {
         (0..3).map(|i| (a[i] - b[i]).powi(2)).sum()
     }
 
-    /// A cloud with a planar half and duplicates: what breaks kd-trees.
+    /// A cloud with a planar half and duplicates, which are what breaks kd-trees.
     fn awkward_cloud() -> Vec<Point> {
         let mut stream = Stream::new(3, 0);
         let mut points: Vec<Point> = (0..600)

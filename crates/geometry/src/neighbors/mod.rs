@@ -1,9 +1,9 @@
-//! What is near a place: exact answers, each kind for the way its questions come.
+//! Neighbour search, with one structure for each pattern of queries.
 //!
-//! Any place at any time: [`NeighborIndex`]. All points of a cloud, one after the other: [`OrderedPoints`] and their
-//! blocks. Many places within one radius: [`RadiusSearch`]. Places that hardly move from one time to the next:
-//! [`LastSeen`]. Everything within a reach, again and again: [`NearestTable`], or [`NearestField`] where the nearest
-//! point to within a cell is enough.
+//! Arbitrary queries: [`NeighborIndex`]. All points of a cloud, one after the other: [`OrderedPoints`] and their
+//! blocks. Many queries with one radius: [`RadiusSearch`]. Queries that hardly move from one time to the next:
+//! [`LastSeen`]. Everything within a reach, again and again: [`NearestTable`]. All of these are exact; [`NearestField`]
+//! serves where the nearest point to within a cell is enough.
 
 pub(crate) mod blocks;
 mod cells;

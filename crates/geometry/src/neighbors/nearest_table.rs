@@ -1,39 +1,41 @@
-//! The nearest point of a cloud, within a reach, out of a table.
+//! The nearest point of a cloud within a reach, looked up in a table.
 //!
-//! Most hypotheses bring most points nowhere near the target, and many hypotheses ask about the same places. A table of
-//! the places that are near, each with the few points that can be the nearest there, answers at a fraction of the cost of
-//! a search, and never wrongly.
+//! Most hypotheses bring most points nowhere near the target, and many hypotheses query the same places. A table of the
+//! places that are near, each with the few points that can be the nearest there, answers exactly, and at a fraction of
+//! the cost of a search.
 
 use super::grid::Grid;
 use super::ordered::distance_sq;
 use crate::Point;
 use std::ops::Range;
 
-/// More cells than this would cost more than they save; the cells grow instead.
+/// Maximum number of cells, since more would cost more than they save; beyond it the cells grow.
 const MAX_CELLS: f64 = 4e6;
-/// Cells along the reach.
+/// Number of cells along the reach.
 const FINENESS: f64 = 2.0;
-/// Rounding must not put a point that far (in cells) out of its cell …
+/// Margin around a cell (in cells) out of which rounding must not move its points: this much …
 const MARGIN: f64 = 1e-3;
-/// … or that far for each cell along the longest side.
+/// … plus this much per cell along the longest side.
 const MARGIN_PER_CELL: f64 = 1e-6;
 
-/// Where a cell has so many candidates on average, or more, points crowd.
+/// Points are crowded if the cell of a candidate holds more than this many candidates on average.
 const MAX_CROWDING: f64 = 200.0;
-/// Queries that are worked on side by side.
+/// Number of queries processed side by side.
 const BLOCK: usize = 64;
 
 /// The cells that hold all places within reach of a cloud, with the points that can be the nearest in each.
 pub struct NearestTable {
     grid: Grid,
-    /// Where the candidates of a cell begin; those of the next one follow.
+    /// Start of the candidates of each cell; those of the next cell follow.
     starts: Vec<u32>,
     candidates: Vec<Point>,
 }
 
 impl NearestTable {
-    /// Around points, as far as `reach` (data units). Nothing for no points, for a reach that is no positive number, or where
-    /// points crowd so that a tree finds the nearest sooner.
+    /// Builds a table around points, as far as `reach` (data units).
+    ///
+    /// Returns `None` if there are no points, if `reach` is not a positive finite number, or if points are so crowded
+    /// that a tree finds the nearest sooner.
     #[must_use]
     pub fn new(points: &[Point], reach: f64) -> Option<NearestTable> {
         if points.is_empty() || !(reach.is_finite() && reach > 0.0) {
@@ -65,11 +67,12 @@ impl NearestTable {
         Some(NearestTable { grid, starts, candidates })
     }
 
-    /// Visits the squared distance from each query to its nearest point, in order; of queries without a point within reach
-    /// nothing, or the distance to one a little farther.
+    /// Visits the squared distance from each query to its nearest point, in order; a query without a point within reach
+    /// is skipped, or yields the distance to a point slightly farther away.
     #[inline]
     pub fn each_nearest_sq(&self, queries: impl Iterator<Item = Point>, mut visit: impl FnMut(f32)) {
-        // Where to look is known for many queries before the first is looked for: memory is slow, but answers many at a time.
+        // The cells of many queries are computed before the first is searched: memory is slow, but serves many requests
+        // at a time.
         let mut queries = queries.peekable();
         let mut near: [(Range<u32>, Point); BLOCK] = std::array::from_fn(|_| (0..0, [0.0; 3]));
         while queries.peek().is_some() {
@@ -87,7 +90,7 @@ impl NearestTable {
     }
 }
 
-/// For each cell, a squared distance within which every place of it has a point.
+/// Returns, for each cell, a squared distance within which every place in it has a point.
 fn bounds(grid: &Grid, points: &[Point], reach: f64) -> Vec<f32> {
     let mut bounds = vec![f32::INFINITY; grid.n_cells()];
     for point in points {
@@ -96,7 +99,7 @@ fn bounds(grid: &Grid, points: &[Point], reach: f64) -> Vec<f32> {
     bounds
 }
 
-/// How many points can be the nearest in each cell.
+/// Counts the points that can be the nearest in each cell.
 fn count(grid: &Grid, points: &[Point], reach: f64, bounds: &[f32]) -> Vec<u32> {
     let mut counts = vec![0; bounds.len()];
     for point in points {
@@ -105,8 +108,8 @@ fn count(grid: &Grid, points: &[Point], reach: f64, bounds: &[f32]) -> Vec<u32> 
     counts
 }
 
-/// Visits every cell with a place within `reach` of a point, with the squared distances of its nearest and its
-/// farthest place; the first a little too small, the second a little too large.
+/// Visits every cell with a place within `reach` of a point, with the squared distances of its nearest and its farthest
+/// place; the first is slightly underestimated, the second slightly overestimated.
 fn each_near(grid: &Grid, point: &Point, reach: f64, mut visit: impl FnMut(usize, f32, f32)) {
     let Some(cells) = coordinates(grid, point) else { return };
     let side = f64::from(grid.side);
@@ -149,7 +152,7 @@ fn coordinates(grid: &Grid, point: &Point) -> Option<[usize; 3]> {
     inside.then(|| place.map(|v| v as usize))
 }
 
-/// Mean number of candidates in the cell of a candidate: how long it takes to look through them.
+/// Returns the mean number of candidates in the cell of a candidate, which determines how long a lookup takes.
 fn crowding(counts: &[u32]) -> f64 {
     let all: f64 = counts.iter().map(|&n| f64::from(n)).sum();
     counts.iter().map(|&n| f64::from(n).powi(2)).sum::<f64>() / all.max(1.0)
@@ -225,7 +228,7 @@ mod tests {
         for reach in [0.0, -1.0, f64::INFINITY, f64::NAN] {
             assert!(NearestTable::new(&[[0.0; 3]], reach).is_none());
         }
-        // Of no extent at all.
+        // A cloud of zero extent.
         let table = NearestTable::new(&[[5.0; 3]; 3], 1.0).unwrap();
         assert_eq!(table.nearest_sq(&[5.0; 3]), Some(0.0));
         assert_eq!(table.nearest_sq(&[f32::NAN; 3]), None);

@@ -1,30 +1,30 @@
-//! A cloud in the order of a grid, a coordinate at a time: close points lie together in memory.
+//! A cloud sorted by grid cell, one coordinate at a time: points that are close together are close in memory.
 
 use crate::{Cells, Point};
 
-/// Where so many points are in the cell of a point on average, or more, they crowd.
+/// Points are crowded if the cell of a point holds more than this many points on average.
 const MAX_CROWDING: f64 = 40.0;
 /// A radius that held too few points grows by this factor …
 const GROWTH: f64 = 1.5;
-/// … up to so many times what it was; then everything is looked at.
+/// … up to this multiple of the initial radius; then all points are searched.
 const MAX_GROWN: f64 = 100.0;
 
-/// Near points that are noted before they are visited.
+/// Number of near points that are buffered before they are visited.
 const NOTED: usize = 128;
 
-/// Points sorted by the cells of a grid. Positions are places in that order; [`Cells::order`] says whose they are.
+/// Points sorted by grid cell. A place is a position in that order; [`Cells::order`] tells which point it holds.
 pub struct OrderedPoints {
     cells: Cells,
     columns: [Vec<f32>; 3],
-    /// Side of the cells that was asked for, data units.
+    /// Side of the cells as requested, data units.
     side: f64,
 }
 
 impl OrderedPoints {
-    /// Sorts points into cells of about this side (data units). Searches are fastest where a cell holds a few points.
+    /// Sorts points into cells of about this side (data units). Searches are fastest if a cell holds a few points.
     ///
     /// # Panics
-    /// As [`Cells::new`].
+    /// As for [`Cells::new`].
     #[must_use]
     pub fn new(points: &[Point], side: f64) -> Self {
         let cells = Cells::new(points, side);
@@ -33,44 +33,46 @@ impl OrderedPoints {
         OrderedPoints { columns: [x, y, z], cells, side }
     }
 
-    /// The same, or nothing where points crowd so that a tree finds neighbours faster, or where there is no side.
+    /// Sorts points as `new` does, or returns `None` if they are so crowded that a tree finds neighbours faster, or if
+    /// `side` is not above zero.
     #[must_use]
     pub fn unless_crowded(points: &[Point], side: f64) -> Option<Self> {
         let ordered = (side > 0.0).then(|| OrderedPoints::new(points, side));
         ordered.filter(|ordered| ordered.cells.crowding() <= MAX_CROWDING)
     }
 
-    /// Who is where, and which places are near.
+    /// Returns the cells, which tell which point is at which place and which places are near a position in space.
     #[inline]
     #[must_use]
     pub fn cells(&self) -> &Cells {
         &self.cells
     }
 
-    /// All x, all y and all z, in order.
+    /// Returns all x, all y and all z coordinates, in order.
     #[inline]
     #[must_use]
     pub fn columns(&self) -> &[Vec<f32>; 3] {
         &self.columns
     }
 
-    /// The point at a place in the order.
+    /// Returns the point at a place in the order.
     #[inline]
     #[must_use]
     pub fn point(&self, place: usize) -> Point {
         self.columns.each_ref().map(|column| column[place])
     }
 
-    /// Side of the cells that was asked for, data units.
+    /// Returns the side of the cells as requested, data units.
     pub(crate) fn side(&self) -> f64 {
         self.side
     }
 
-    /// Visits every point at most `radius` away (inclusive), by its place in the order, ascending, and its squared distance.
+    /// Visits every point at most `radius` away (inclusive), by its place in the order, ascending, with its squared
+    /// distance.
     #[inline]
     pub fn within(&self, query: &Point, radius: f64, mut visit: impl FnMut(usize, f32)) {
         let limit = radius as f32 * radius as f32;
-        // Points are noted in any case and kept if near: a branch would go either way as often.
+        // Every point is written to the buffer and kept only if near: a branch would be unpredictable.
         let (mut near, mut n) = ([(0, 0.0); NOTED], 0);
         self.cells.around(query, radius, |run| {
             let columns = self.columns.each_ref().map(|column| &column[run.clone()]);
@@ -87,8 +89,8 @@ impl OrderedPoints {
         near[..n].iter().for_each(|&(place, away)| visit(place as usize, away));
     }
 
-    /// Places of the `k` nearest points, in no particular order, or all where there are fewer; of equally near ones the
-    /// first in the order. `guess` is a radius (data units) that holds about so many; `found` is used again.
+    /// Finds the places of the `k` nearest points, in no particular order, or of all points if there are fewer; ties go
+    /// to the first in the order. `guess` is a radius (data units) that holds about that many; `found` is overwritten.
     pub fn nearest_n(&self, query: &Point, k: usize, guess: f64, found: &mut Vec<u64>) {
         let k = k.min(self.cells.order().len());
         for reach in growing(if guess > 0.0 { guess } else { self.side }) {
@@ -104,8 +106,8 @@ impl OrderedPoints {
         found.iter_mut().for_each(|found| *found &= u64::from(u32::MAX));
     }
 
-    /// Distance and place of every point at most `radius` away, as numbers in the order of the distances, then of the places: a
-    /// distance is not negative, so its bits ascend with it.
+    /// Collects the squared distance and the place of every point at most `radius` away, as numbers that sort by
+    /// distance, then by place: a squared distance is not negative, so its bits sort like its value.
     fn keys_within(&self, query: &Point, radius: f64, keys: &mut Vec<u64>) {
         let limit = radius as f32 * radius as f32;
         let mut n = 0;
@@ -124,8 +126,8 @@ impl OrderedPoints {
         keys.truncate(n);
     }
 
-    /// The squared distance from one of the points to the nearest other one, which is looked for within this radius (data units)
-    /// first; infinite where there is no other.
+    /// Returns the squared distance from one of the points to the nearest other one, which is searched within `radius`
+    /// (data units) first; infinite if there is no other point.
     pub(crate) fn nearest_other_sq(&self, point: &Point, radius: f64) -> f32 {
         // The point itself is the nearest.
         let found = growing(radius).find_map(|reach| {
@@ -135,7 +137,7 @@ impl OrderedPoints {
         found.unwrap_or(f32::INFINITY)
     }
 
-    /// Whether at least `count` points lie within `radius` (inclusive).
+    /// Returns whether at least `count` points lie within `radius` (inclusive).
     #[must_use]
     pub fn has_within(&self, query: &Point, radius: f64, count: usize) -> bool {
         let limit = radius as f32 * radius as f32;
@@ -144,13 +146,13 @@ impl OrderedPoints {
     }
 }
 
-/// Radii to look within until enough is found; the last one is infinite.
+/// Returns the radii to search in turn until enough is found; the last one is infinite.
 fn growing(first: f64) -> impl Iterator<Item = f64> {
     let wider = move |radius: &f64| if *radius < MAX_GROWN * first { GROWTH * radius } else { f64::INFINITY };
     std::iter::successors(Some(first), move |radius| radius.is_finite().then(|| wider(radius)))
 }
 
-/// Of two numbers of which none is NaN: one instruction.
+/// Returns the lesser of two numbers, neither of which is NaN; a single instruction.
 #[inline(always)]
 pub(crate) fn lesser(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }

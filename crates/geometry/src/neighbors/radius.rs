@@ -1,12 +1,12 @@
-//! Neighbours within one radius, asked for at many places.
+//! Neighbours within a fixed radius, queried at many positions.
 
 use crate::{Neighbor, NeighborIndex, OrderedPoints, Point, Surface};
 
-/// Cells along a radius.
+/// Number of cells along a radius.
 const CELLS_PER_RADIUS: f64 = 2.0;
 
-/// Finds all points within a fixed radius: in a grid, which is faster than a tree where all points are asked, or by the
-/// tree where points crowd.
+/// Finds all points within a fixed radius: in a grid, which is faster than a tree if all points are queried, or with
+/// the tree if points are crowded.
 pub struct RadiusSearch<'a> {
     index: &'a NeighborIndex,
     ordered: Option<OrderedPoints>,
@@ -14,18 +14,18 @@ pub struct RadiusSearch<'a> {
 }
 
 impl<'a> RadiusSearch<'a> {
-    /// Makes a surface ready for searches of this radius (data units).
+    /// Prepares a surface for searches with this radius (data units).
     #[must_use]
     pub fn new(surface: &'a Surface, radius: f64) -> Self {
         Self::among(surface.points(), surface.index(), radius)
     }
 
-    /// The same where there is no surface yet.
+    /// Prepares points for searches where there is no surface yet.
     pub(crate) fn among(points: &[Point], index: &'a NeighborIndex, radius: f64) -> Self {
         RadiusSearch { index, ordered: OrderedPoints::unless_crowded(points, radius / CELLS_PER_RADIUS), radius }
     }
 
-    /// Visits every point at most the radius away (inclusive), in an order that depends on the cloud alone.
+    /// Visits every point at most the radius away (inclusive), in an order that depends only on the cloud.
     #[inline]
     pub fn visit(&self, query: &Point, mut visit: impl FnMut(Neighbor)) {
         match &self.ordered {
@@ -36,7 +36,8 @@ impl<'a> RadiusSearch<'a> {
         }
     }
 
-    /// The `k` nearest of those within the radius, nearest first; of equally near ones the first. `near` is used again.
+    /// Finds the `k` nearest points within the radius, nearest first; in the grid, ties go to the lower index. `near`
+    /// is overwritten.
     pub(crate) fn nearest_n(&self, query: &Point, k: usize, near: &mut Vec<Neighbor>) {
         near.clear();
         if self.ordered.is_none() {
@@ -49,7 +50,7 @@ impl<'a> RadiusSearch<'a> {
         near.truncate(k);
     }
 
-    /// Whether there are so many; no more than that are looked at where a grid can tell.
+    /// Returns whether at least `count` points lie within the radius; in a grid, no more than that are counted.
     #[must_use]
     pub fn has(&self, query: &Point, count: usize) -> bool {
         match &self.ordered {

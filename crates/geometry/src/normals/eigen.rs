@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 /// Eigenvalues in ascending order with their unit eigenvectors.
 ///
-/// The sign of an eigenvector means nothing; whoever needs one must settle it.
+/// The sign of an eigenvector is arbitrary; callers that need one must settle it.
 #[derive(Clone, Copy, Debug)]
 pub struct SortedEigen {
     /// Ascending.
@@ -26,30 +26,33 @@ pub fn sorted_eigen(matrix: &Matrix3<f64>) -> SortedEigen {
     }
 }
 
-/// Matrices whose smallest eigenvectors are found side by side.
+/// Number of matrices whose smallest eigenvectors are computed side by side.
 pub(crate) const MATRICES: usize = 8;
 
-/// Upper triangles of some symmetric matrices, or of fewer: `xx`, `xy`, `xz`, `yy`, `yz`, `zz` of each.
+/// Upper triangles of up to that many symmetric matrices: `xx`, `xy`, `xz`, `yy`, `yz`, `zz` of each.
 pub(crate) type Triangles = [[f64; MATRICES]; 6];
 
-/// Of each matrix the unit eigenvector of the smallest eigenvalue, and the share that it has in the sum of all three.
+/// For each matrix the unit eigenvector of the smallest eigenvalue, and the fraction of that eigenvalue in the sum of
+/// all three.
 #[derive(Default)]
 pub(crate) struct Smallest {
     pub(crate) share: [f64; MATRICES],
     pub(crate) vector: [[f64; MATRICES]; 3],
-    /// Whether this says so; else the eigenvalues are too much alike, or two of them too small, or there is a NaN.
+    /// Whether the result is reliable; if not, the eigenvalues are too similar, or two of them too small, or there is a
+    /// NaN.
     pub(crate) is_sure: [bool; MATRICES],
 }
 
-/// Newton's steps towards the smallest eigenvalue: from below, where they never pass it.
+/// Number of Newton steps towards the smallest eigenvalue, from below, where they never overshoot.
 const STEPS: usize = 8;
-/// The last step is not longer than this, as a share of the trace.
+/// Maximum length of the last step, as a fraction of the trace.
 const LAST_STEP: f64 = 1e-13;
-/// Where the rows of `A − λI` are this thin, nothing can be read off them. The trace is 1.
+/// Length of the cross products of the rows of `A − λI` up to which no eigenvector can be read off them. The trace is
+/// 1.
 const MIN_CROSS: f64 = 1e-8;
 
-/// The same as [`sorted_eigen`] of positive semidefinite matrices where only the smallest eigenvector is wanted, some ten
-/// times as fast, to about 1e-15 of the trace over the gap to the next eigenvalue.
+/// Computes only the smallest eigenvectors of positive semidefinite matrices: some ten times as fast as
+/// [`sorted_eigen`], and accurate to about 1e-15 of the trace over the gap to the next eigenvalue.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 pub(crate) fn smallest_eigen(matrices: &Triangles, found: &mut Smallest) {
     let [xxs, xys, xzs, yys, yzs, zzs] = matrices;
@@ -68,7 +71,8 @@ pub(crate) fn smallest_eigen(matrices: &Triangles, found: &mut Smallest) {
             value -= step;
         }
         let (x, y, z) = (xx - value, yy - value, zz - value);
-        // Products of the rows (x, xy, xz), (xy, y, yz) and (xz, yz, z) of A − λI; the longest is the least rounded.
+        // Cross products of the rows (x, xy, xz), (xy, y, yz) and (xz, yz, z) of A − λI; rounding affects the longest
+        // least.
         let first = [xy * yz - xz * y, xz * xy - x * yz, x * y - xy * xy];
         let second = [xy * z - xz * yz, xz * xz - x * z, x * yz - xy * xz];
         let third = [y * z - yz * yz, yz * xz - xy * z, xy * yz - y * xz];

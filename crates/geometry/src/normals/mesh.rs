@@ -3,11 +3,13 @@
 use crate::{Point, narrow, wide};
 use nalgebra::Vector3;
 
-/// Unit normal of every point from the triangles around it, each weighted by its angle at the point; the side is the
-/// one from which the corners run counter-clockwise. Zero for points without a proper triangle.
+/// Returns the unit normal of every point from the triangles around it, each weighted by its angle at the point.
+///
+/// A normal points to the side from which the corners run counter-clockwise. It is zero for points without a proper
+/// triangle.
 ///
 /// # Panics
-/// When a triangle points outside of `points`.
+/// If a triangle refers to a point outside of `points`.
 #[must_use]
 pub fn vertex_normals(points: &[Point], triangles: &[[u32; 3]]) -> Vec<Point> {
     let mut sums = vec![Vector3::zeros(); points.len()];
@@ -23,7 +25,8 @@ pub fn vertex_normals(points: &[Point], triangles: &[[u32; 3]]) -> Vec<Point> {
     sums.iter().map(|sum| narrow(&sum.try_normalize(1e-6).unwrap_or_default())).collect()
 }
 
-/// Unit normal, or nothing for a triangle whose area is below 1e-12 of its longest edge squared.
+/// Returns the unit normal, or `None` for a triangle of which twice the area is at most 1e-12 of its longest edge
+/// squared.
 fn face_normal(corners: &[Vector3<f64>; 3]) -> Option<Vector3<f64>> {
     let [a, b, c] = corners;
     let cross = (b - a).cross(&(c - a));

@@ -1,4 +1,4 @@
-//! Normals by principal component analysis of a neighbourhood, and which side of the surface they point to.
+//! Normals by principal component analysis of a neighbourhood, and the side of the surface to which they point.
 
 mod eigen;
 mod mesh;
@@ -18,52 +18,54 @@ use crate::{NeighborIndex, OrderedPoints, Point};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Which points speak for the normal of a point; the point itself is one of them.
+/// Which points contribute to the normal of a point; the point itself is one of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Neighborhood {
     /// The `k` nearest points, the point itself included.
     Nearest(usize),
     /// All points within this distance, data units.
     Radius(f64),
-    /// The same, or so many nearest points where there are fewer.
+    /// All points within this distance (data units), or this many nearest points if there are fewer.
     RadiusAtLeast(f64, usize),
 }
 
-/// A surface normal without a settled sign.
+/// A surface normal whose sign is not settled.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PointNormal {
-    /// Unit length; zero where there is none (fewer than three neighbours, or all on a line).
+    /// Unit length; zero if undefined (fewer than three neighbours, or all on a line).
     pub normal: Point,
     /// Surface variation λ0 / (λ0 + λ1 + λ2): 0 on a plane, at most 1/3.
     pub curvature: f32,
 }
 
-/// The normal of every point: the direction in which its neighbours spread least.
+/// Returns the normal of every point: the direction in which its neighbours spread least.
 #[must_use]
 pub fn estimate_normals(points: &[Point], index: &NeighborIndex, neighborhood: Neighborhood) -> Vec<PointNormal> {
     Around::new(points, index, neighborhood).normals()
 }
 
-/// Points at which the radius that holds `k` neighbours is measured; the guess is so many times the median.
+/// Number of points at which the radius that holds `k` neighbours is measured, and the multiple of the median that is
+/// tried.
 const GUESSED_AT: usize = 64;
 const GUESS: f64 = 1.2;
-/// A cell is so much wider than a radius that no rounding puts what is within it outside a block.
+/// Factor by which a cell is wider than a radius, so that rounding puts nothing that is within the radius outside a
+/// block.
 const WIDER: f64 = 1.001;
-/// So much farther those are looked for that are not within the guess.
+/// Factor by which the search is widened for neighbours that are not within the guess.
 const FARTHER: f64 = 2.0;
 
-/// Finds the neighbours that speak for a normal.
+/// Finds the neighbours that contribute to a normal.
 struct Around<'a> {
     points: &'a [Point],
     index: &'a NeighborIndex,
     neighborhood: Neighborhood,
-    /// Nothing for a crowded cloud.
+    /// `None` for a crowded cloud.
     ordered: Option<OrderedPoints>,
-    /// The radius asked for, or one that holds about as many neighbours as are asked for; data units.
+    /// The requested radius, or one that holds about the requested number of neighbours; data units.
     radius: f64,
 }
 
-/// What one thread uses again from cell to cell.
+/// Buffers that a thread reuses from cell to cell.
 #[derive(Default)]
 struct Workplace {
     beside: Beside,
@@ -72,7 +74,7 @@ struct Workplace {
     farther: Farther,
 }
 
-/// What it uses again for a point that its block does not suffice for.
+/// Buffers that it reuses for points whose block does not suffice.
 #[derive(Default)]
 struct Farther {
     block: Block,
@@ -105,7 +107,7 @@ impl<'a> Around<'a> {
         ordered.in_order_of_points(&normals)
     }
 
-    /// The scatters of a cell's points, most of which are seen in its block.
+    /// Computes the scatters of a cell's points, most of which need only its block.
     fn seen(&self, ordered: &OrderedPoints, workplace: &mut Workplace, members: Range<usize>, block: &Block) {
         let limit = self.radius as f32 * self.radius as f32;
         let near = match self.neighborhood {
@@ -122,7 +124,7 @@ impl<'a> Around<'a> {
         }));
     }
 
-    /// Of the nearest ones of the point at a place: in a wider block, or by a search.
+    /// Computes the scatter of the nearest neighbours of the point at a place, in a wider block or by a search.
     fn farther(
         &self,
         ordered: &OrderedPoints,
@@ -147,7 +149,7 @@ impl<'a> Around<'a> {
         })
     }
 
-    /// By the tree.
+    /// Computes the scatter of the neighbours of a point with the tree.
     fn scatter(&self, point: &Point) -> Scatter {
         match self.neighborhood {
             Neighborhood::Nearest(k) => self.nearest(point, k),
@@ -172,7 +174,7 @@ impl<'a> Around<'a> {
     }
 }
 
-/// The median distance to the `k`-th neighbour over a few points; zero where there is none.
+/// Returns the median distance to the `k`-th neighbour over a few points; zero if there is none.
 fn median_reach(points: &[Point], index: &NeighborIndex, k: usize) -> f64 {
     let some = points.iter().step_by(points.len().div_ceil(GUESSED_AT).max(1));
     let mut reaches: Vec<f32> = some.filter_map(|p| Some(index.nearest_n(p, k).last()?.distance_sq.sqrt())).collect();

@@ -1,4 +1,4 @@
-//! Which side of the surface is the outside: the sign of the normals.
+//! The sign of the normals: which side of the surface is the outside.
 
 use crate::view::face;
 use crate::{Neighbor, NeighborIndex, Point, ViewKind, estimate_view, wide};
@@ -8,47 +8,47 @@ use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Neighbours over which a sign is handed on.
+/// Number of neighbours to which a sign is propagated.
 const PROPAGATION_NEIGHBORS: usize = 10;
-/// Neighbours that say whether the surface bulges.
+/// Number of neighbours from which the convexity of the surface is judged.
 const CONVEXITY_NEIGHBORS: usize = 30;
 
-/// How the signs of estimated normals are settled. Both scans of a pair must use the same one.
+/// How the signs of estimated normals are settled. Both scans of a pair must use the same policy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Orientation {
-    /// Towards a viewpoint in the file's coordinates: right for a range scan in its sensor's frame, whose sensor is at
-    /// the origin. A scan that was moved afterwards comes out mixed.
+    /// Towards a viewpoint in the file's coordinates: correct for a range scan in its sensor's frame, whose sensor is
+    /// at the origin. The signs of a scan that was moved afterwards come out mixed.
     Viewpoint {
         /// File coordinates.
         #[serde(deserialize_with = "crate::numbers::finite_place")]
         at: [f64; 3],
     },
-    /// Away from the middle of the cloud: right for closed, roughly convex models.
+    /// Away from the middle of the cloud: correct for closed, roughly convex models.
     Outward {},
-    /// Handed on from neighbour to neighbour over the flattest way (a minimum spanning tree of `1 − |n·n'|`), each
-    /// connected part then turned so that the surface is convex on the whole. Needs no frame and no viewpoint.
+    /// Propagated from neighbour to neighbour along the flattest path (a minimum spanning tree of `1 − |n·n'|`); each
+    /// connected part is then turned so that the surface is convex on the whole. Needs no frame and no viewpoint.
     Propagate {},
-    /// Towards a viewpoint that is estimated from the points: right for scans seen from one side or from within, in any
-    /// frame. A closed model is propagated.
+    /// Towards a viewpoint that is estimated from the points: correct for scans seen from one side or from within, in
+    /// any frame. For a closed model, signs are propagated.
     Estimated {},
 }
 
-/// How the signs came about.
+/// How the signs were settled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Oriented {
-    /// Where the scan was taken from, centred coordinates, where a single viewpoint explains it.
+    /// The viewpoint of the scan in centred coordinates, if a single viewpoint explains it.
     pub viewpoint: Option<Vector3<f64>>,
-    /// What the scan looks like from where it was taken, where that was estimated.
+    /// What the scan looks like from its viewpoint, if that was estimated.
     pub kind: Option<ViewKind>,
-    /// Whether towards and away can be relied on; if not, all signs may be the wrong way round.
+    /// Whether the common sign is reliable; if not, all normals may point the wrong way.
     pub sure: bool,
 }
 
-/// Turns each normal to the side that the policy names. Zero normals stay zero.
+/// Turns each normal to the side that the policy determines. Zero normals stay zero.
 ///
-/// `origin` is what was taken off the file's coordinates to get `points`; `unit` is the working length, about half the
-/// distance between neighbours (only the estimated viewpoint needs it).
+/// `origin` is what was subtracted from the file's coordinates to get `points`; `unit` is the working length, about
+/// half the distance between neighbours (used only to estimate the viewpoint).
 pub fn orient(
     policy: Orientation,
     points: &[Point],
@@ -103,9 +103,9 @@ pub(crate) fn propagate(points: &[Point], index: &NeighborIndex, normals: &mut [
     turn_convex(points, &near, normals, &part, n_parts as usize);
 }
 
-/// Prim's tree from one point over its connected part.
+/// Grows Prim's tree from one point over its connected part.
 fn spread_sign(start: u32, id: u32, near: &[Vec<Neighbor>], normals: &mut [Point], part: &mut [u32]) {
-    // Costs are at most 1, as non-negative floats their bits order like the numbers; ties go to the lower index.
+    // Costs are at most 1; as non-negative floats their bits sort like their values; ties go to the lower index.
     let mut frontier = BinaryHeap::from([Reverse((0u32, start, start))]);
     while let Some(Reverse((_, at, from))) = frontier.pop() {
         if part[at as usize] != u32::MAX {
@@ -125,7 +125,7 @@ fn spread_sign(start: u32, id: u32, near: &[Vec<Neighbor>], normals: &mut [Point
     }
 }
 
-/// Turns each part so that, added up, its neighbourhoods lie behind their normals.
+/// Turns each part so that, summed up, its neighbourhoods lie behind their normals.
 fn turn_convex(points: &[Point], near: &[Vec<Neighbor>], normals: &mut [Point], part: &[u32], n_parts: usize) {
     let mut ahead = vec![0.0; n_parts];
     for (i, point) in points.iter().enumerate() {

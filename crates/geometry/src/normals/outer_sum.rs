@@ -2,12 +2,12 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-/// `Σ w v vᵀ`, kept as the six numbers that a symmetric matrix has.
+/// `Σ w v vᵀ`, stored as the six distinct numbers of a symmetric matrix.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OuterSum([f64; 6]);
 
 impl OuterSum {
-    /// The sums of `xx`, `xy`, `xz`, `yy`, `yz` and `zz`.
+    /// Creates the sum from its entries `xx`, `xy`, `xz`, `yy`, `yz` and `zz`.
     pub(crate) fn of(sums: [f64; 6]) -> Self {
         OuterSum(sums)
     }
@@ -20,7 +20,7 @@ impl OuterSum {
         self.0.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
     }
 
-    /// The sum.
+    /// Returns the sum.
     #[must_use]
     pub fn matrix(&self) -> Matrix3<f64> {
         let [xx, xy, xz, yy, yz, zz] = self.0;

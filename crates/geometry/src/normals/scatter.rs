@@ -1,4 +1,4 @@
-//! How the neighbours of a point are scattered around it.
+//! How the neighbours of a point scatter around it.
 
 use super::eigen::{MATRICES, Smallest, Triangles, smallest_eigen};
 use crate::lanes::{dot, sum};
@@ -9,7 +9,8 @@ use nalgebra::{Matrix3, Vector3};
 use std::cmp::Ordering;
 use std::ops::Range;
 
-/// First and second moments relative to a nearby point: without the shift, far coordinates would cancel.
+/// First and second moments relative to a nearby point: without the shift, large coordinates would suffer from
+/// cancellation.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Scatter {
     pub(crate) n: f64,
@@ -26,7 +27,7 @@ impl Scatter {
         self.squares.add(&offset, 1.0);
     }
 
-    /// Mean square offsets from the mean; zero of less than three points.
+    /// Returns the upper triangle of the covariance matrix; zero for fewer than three points.
     fn triangle(&self) -> [f64; 6] {
         if self.n < 3.0 {
             return [0.0; 6];
@@ -37,7 +38,7 @@ impl Scatter {
     }
 }
 
-/// The normal of each neighbourhood; zero where it has none.
+/// Computes the normal of each neighbourhood; zero if it has none.
 pub(crate) fn normals_of(scatters: &[Scatter], normals: &mut [PointNormal]) {
     for (some, normals) in scatters.chunks(MATRICES).zip(normals.chunks_mut(MATRICES)) {
         let (mut triangles, mut smallest) = (Triangles::default(), Smallest::default());
@@ -57,13 +58,13 @@ pub(crate) fn normals_of(scatters: &[Scatter], normals: &mut [PointNormal]) {
     }
 }
 
-/// Below this share of the largest spread a spread is rounding.
+/// Fraction of the largest spread up to which a spread is only rounding error.
 const LINE: f64 = 1e-12;
 
 fn slow_normal([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Option<PointNormal> {
     let SortedEigen { values: [smallest, middle, largest], vectors: [normal, ..] } =
         sorted_eigen(&Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz));
-    // On a line every direction across it is as good as another.
+    // On a line, all directions perpendicular to it are equally good.
     if middle.is_nan() || middle <= LINE * largest {
         return None;
     }
@@ -71,31 +72,31 @@ fn slow_normal([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Option<PointNormal> {
     Some(PointNormal { normal: narrow(&normal), curvature })
 }
 
-/// Which points of a block count for a member of its cell.
+/// Which points of a block are neighbours of a member of its cell.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Near {
-    /// Those up to this squared distance, if there are so many.
+    /// Those up to this squared distance, if there are at least this many.
     Within(f32, u32),
-    /// So many nearest ones, if they are not farther than this squared distance.
+    /// This many nearest points, if they are within this squared distance.
     Nearest(u32, f32),
 }
 
-/// Trials to find a distance between the `k`-th nearest point and the next.
+/// Number of attempts to find a distance between the `k`-th nearest point and the next.
 const TRIALS: usize = 12;
 
-/// What is known of the points of a block beside one of its members; used again from one to the next.
+/// What is computed of the points of a block for one of its members; reused from one to the next.
 #[derive(Default)]
 pub(crate) struct Beside {
     /// Squared distances.
     away: Vec<[f32; LANES]>,
-    /// Positions of the near ones; longer than they are.
+    /// Positions of the near points; the list is longer than they are.
     chosen: Vec<u32>,
-    /// A coordinate at a time, of the near ones; zero in what is left of the last lanes.
+    /// Offsets of the near points, one coordinate at a time; zero in the unused lanes at the end.
     offsets: [Vec<[f64; LANES]>; 3],
 }
 
-/// For each member of a cell (places in the order of `all`) the scatter of its near ones among the points of a block; nothing
-/// where a block does not tell which are the nearest.
+/// Computes, for each member of a cell (places in the order of `all`), the scatter of its neighbours among the points
+/// of a block; `None` where the block does not tell which are the nearest.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 pub(crate) fn scatters_in_block(
     members: Range<usize>,
@@ -142,8 +143,8 @@ fn count_within(away: &[[f32; LANES]], limit: f32) -> u32 {
     away.as_flattened().iter().map(|&away| u32::from(away <= limit)).sum()
 }
 
-/// A squared distance within which there are `k`, by interpolation; nothing where there is none up to `limit`, or where
-/// those at the rim are equally far.
+/// Finds a squared distance within which there are `k` points, by interpolation; `None` if there is none up to `limit`,
+/// or if those at the rim are equally far.
 #[inline(always)]
 fn nearest_limit(away: &[[f32; LANES]], k: u32, limit: f32) -> Option<f32> {
     let (mut low, mut high) = ((0.0, 0), (limit, count_within(away, limit)));
@@ -163,8 +164,8 @@ fn nearest_limit(away: &[[f32; LANES]], k: u32, limit: f32) -> Option<f32> {
     None
 }
 
-/// Positions of what is not farther than the limit. Each is noted in any case and kept if near: a branch would go either way as
-/// often.
+/// Collects the positions of points that are not farther than the limit. Each is written in any case and kept only if
+/// near: a branch would be unpredictable.
 #[inline(always)]
 fn choose<'a>(away: &[[f32; LANES]], limit: f32, chosen: &'a mut [u32]) -> &'a [u32] {
     let mut n = 0;

@@ -1,5 +1,5 @@
-//! What a viewpoint costs: edges whose normals it would turn apart, points that it could not have seen, and how little the surface
-//! faces it; and the search for the one that costs least.
+//! The cost of a viewpoint, given by edges whose normals it would turn apart, points that it could not have seen, and
+//! how little the surface faces it; and the search for the viewpoint of least cost.
 
 use super::dome::{self, look_around, sides_around};
 use super::screen::{Columns, Screen, columns, face_along, project};
@@ -7,32 +7,33 @@ use crate::{Neighbor, NeighborIndex, Point, RadiusSearch, Spare, narrow, random:
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-/// Directions of the sphere that are tried; half of them, because an axis has no sign.
+/// Number of directions on the sphere; half of them are tried, because an axis has no sign.
 const DIRECTIONS: usize = 128;
-/// Rings of refinement around the best directions, radians.
+/// Radii of the rings of refinement around the best directions, radians.
 const RINGS: [f64; 3] = [0.14, 0.08, 0.04];
-/// Near viewpoints are tried at these multiples of the cloud's radius from its middle.
+/// Distances of the near viewpoints from the cloud's middle, in multiples of its radius.
 const NEAR_DISTANCES: [f64; 8] = [0.15, 0.35, 0.6, 0.9, 1.3, 1.8, 2.5, 4.0];
 const NEAR_DIRECTIONS: usize = 48;
 const NEAR_STEPS: usize = 80;
-/// Of these, and of points that are looked around, one thread takes so many at a time, at most.
+/// Maximum numbers of directions, of near viewpoints and of queried points that one thread takes at a time.
 const DIRECTIONS_AT_A_TIME: usize = 2;
 const VIEWPOINTS_AT_A_TIME: usize = 8;
 const POINTS_AT_A_TIME: usize = 256;
 
-/// Two neighbours whose normals are nearly parallel, and whether they point the same way as they are stored.
+/// Two neighbours whose normals are nearly parallel, and whether these point the same way as stored.
 #[derive(Clone, Copy)]
 struct Edge {
     ends: [u32; 2],
     aligned: bool,
 }
 
-/// Offsets farther than so many units are no edges; an edge goes to so many nearest ones; every other point has its own.
+/// Maximum length of an edge in units, and number of nearest points to which edges lead; every other point has its own
+/// edges.
 const EDGE_REACH: f64 = 5.0;
 const EDGES: usize = 6;
-/// Within so many units a surface is asked whether it bulges.
+/// Radius, in units, within which the convexity of a surface is measured.
 const CONVEXITY_REACH: f64 = 8.0;
-/// Every third point and edge suffices to compare directions.
+/// Stride of the points and edges by which directions are compared: every third suffices.
 const STRIDE: usize = 3;
 
 /// Points with unsigned normals, and what a viewpoint has to explain.
@@ -44,7 +45,7 @@ pub(super) struct Cloud<'a> {
     edges: Vec<Edge>,
     columns: Columns,
     normal_columns: Columns,
-    /// Of every third point, place and normal.
+    /// Of every third point, position and normal.
     few: Columns,
     few_normals: Columns,
     /// n·p of every point.
@@ -54,7 +55,7 @@ pub(super) struct Cloud<'a> {
     pub(super) radius: f64,
 }
 
-/// What a thread uses again from direction to direction.
+/// Buffers that a thread reuses from direction to direction.
 #[derive(Default)]
 struct Workplace {
     sides: Vec<u8>,
@@ -65,7 +66,7 @@ struct Workplace {
 }
 
 impl Workplace {
-    /// Of so many points are looked at, and of so many normals.
+    /// Makes room for these numbers of points and of normals.
     fn resize(&mut self, n_points: usize, n_normals: usize) {
         self.sides.resize(n_normals, 0);
         self.cosines.resize(n_points.max(n_normals), 0.0);
@@ -73,7 +74,8 @@ impl Workplace {
         self.depths.resize(n_points, 0.0);
     }
 
-    /// Share of the points for which `is_behind` holds of their depth and the least one of their pixel.
+    /// Returns the fraction of the points for which `is_behind` holds of their depth and the least depth in their
+    /// pixel.
     fn hidden(&mut self, n_pixels: usize, is_behind: impl Fn(f32, f32) -> bool) -> f64 {
         let Workplace { pixels, depths, front, .. } = self;
         front.clear();
@@ -128,7 +130,7 @@ impl<'a> Cloud<'a> {
         }
     }
 
-    /// The axis of least cost, its torn edges and its hidden points.
+    /// Returns the axis of least cost, with its fractions of torn edges and of hidden points.
     pub(super) fn best_axis(&self) -> (Vector3<f64>, f64, f64) {
         let spare = Spare::default();
         let cost = |d: &Vector3<f64>| {
@@ -147,7 +149,8 @@ impl<'a> Cloud<'a> {
         (best, torn, hidden)
     }
 
-    /// From far along `d`: torn edges (of every `stride`-th) and hidden points (of some), both as shares, and the mean |n·d|.
+    /// Returns, seen from far along `d`, the fractions of torn edges (of every `stride`-th) and hidden points (of
+    /// `points`), and the mean |n·d|.
     fn axis_terms(
         &self,
         workplace: &mut Workplace,
@@ -163,14 +166,15 @@ impl<'a> Cloud<'a> {
         (torn, self.hidden_from_far(workplace, d, points), facing)
     }
 
-    /// Share of edges whose ends would be turned apart, by the side that a viewpoint is on.
+    /// Returns the fraction of edges whose ends would be turned apart, given the side of each normal that a viewpoint
+    /// is on.
     fn torn(&self, stride: usize, sides: &[u8]) -> f64 {
         let is_torn = |edge: &Edge| (sides[edge.ends[0] as usize] == sides[edge.ends[1] as usize]) != edge.aligned;
         let torn: u32 = self.edges.iter().step_by(stride).map(|edge| u32::from(is_torn(edge))).sum();
         f64::from(torn) / self.edges.len().div_ceil(stride).max(1) as f64
     }
 
-    /// Share of points that lie more than 12 units behind the first of their pixel, seen from far along `d`.
+    /// Returns the fraction of points more than 12 units behind the first of their pixel, seen from far along `d`.
     fn hidden_from_far(&self, workplace: &mut Workplace, d: &Vector3<f64>, points: &Columns) -> f64 {
         let right = perpendicular(d);
         let pixel = (4.0 * self.unit).max(self.radius / 1000.0);
@@ -187,8 +191,8 @@ impl<'a> Cloud<'a> {
         workplace.hidden(width * width, |depth, front| depth > front + far)
     }
 
-    /// Mean of −(m·n)/8 units, `m` the mean offset of the neighbours: above zero for bulges. `keep` says whether the
-    /// stored normal of a point is turned to the assumed side already.
+    /// Returns the mean of −(m·n)/8 units, where `m` is the mean offset of the neighbours: above zero for bulges.
+    /// `keep` tells whether the stored normal of a point already points to the assumed side.
     pub(super) fn convexity(&self, keep: impl Fn(usize) -> bool + Sync) -> f64 {
         let reach = CONVEXITY_REACH * self.unit;
         let search = RadiusSearch::among(self.points, self.index, reach);
@@ -206,13 +210,14 @@ impl<'a> Cloud<'a> {
         sampled.iter().sum::<f64>() / sampled.len().max(1) as f64
     }
 
-    /// Mean convexity under signed normals, in terms of the cloud's radius: a quarter for a sphere, about zero for a sheet.
+    /// Returns the mean convexity under signed normals, relative to the cloud's radius: a quarter for a sphere, about
+    /// zero for a sheet.
     pub(super) fn bulge(&self, signed: &[Point]) -> f64 {
         let convexity = self.convexity(|i| wide(self.normals[i]).dot(&wide(signed[i])) > 0.0);
         convexity * self.radius / (CONVEXITY_REACH * self.unit)
     }
 
-    /// The near viewpoint of least cost, and the cost.
+    /// Returns the near viewpoint of least cost, and its cost.
     pub(super) fn best_near(&self) -> (Vector3<f64>, f64) {
         let around = NEAR_DISTANCES.iter().flat_map(|z| sphere(NEAR_DIRECTIONS).map(move |d| d * *z));
         let candidates: Vec<Vector3<f64>> =
@@ -251,7 +256,7 @@ impl<'a> Cloud<'a> {
     }
 }
 
-/// Walks to the best of six directions on ever smaller rings.
+/// Moves to the best of six directions on ever smaller rings.
 fn refine_direction(
     start: Vector3<f64>,
     start_cost: f64,
@@ -274,7 +279,7 @@ fn refine_direction(
     best
 }
 
-/// `n` directions, evenly spread (a golden spiral).
+/// Returns `n` directions, evenly spread (a golden spiral).
 pub(super) fn sphere(n: usize) -> impl Iterator<Item = Vector3<f64>> {
     (0..n).map(move |i| {
         let z = 1.0 - (2.0 * i as f64 + 1.0) / n as f64;

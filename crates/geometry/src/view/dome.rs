@@ -1,16 +1,16 @@
-//! What a cloud looks like from a viewpoint near to it, or within.
+//! What a cloud looks like from a viewpoint near it or within it.
 
 use super::screen::Columns;
 use crate::Point;
 use multiversion::multiversion;
 
-/// Pixels along a side of a face; there are six faces of a cube around the viewpoint.
+/// Number of pixels along a side of a face; there are six faces of a cube around the viewpoint.
 const FACE: i32 = 52;
-/// Pixels of all faces.
+/// Number of pixels of all faces.
 pub(super) const PIXELS: usize = (6 * FACE * FACE) as usize;
 
-/// For each point, seen from a viewpoint, its pixel, its distance, and the cosine between its normal and the line of sight,
-/// without a sign.
+/// Computes, for each point seen from a viewpoint, its pixel, its distance, and the unsigned cosine between its normal
+/// and the line of sight.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
 pub(super) fn look_around(
     [xs, ys, zs]: &Columns,
@@ -49,14 +49,14 @@ pub(super) fn look_around(
         };
         let face = axis + i32::from(ahead < 0.0);
         let scale = (FACE as f32 / 2.0) / ahead.abs();
-        // At the viewpoint itself there is no direction; a NaN becomes 0.
+        // At the viewpoint itself there is no direction; NaN becomes 0.
         let column = ((right * scale + FACE as f32 / 2.0) as i32).clamp(0, FACE - 1);
         let row = ((up * scale + FACE as f32 / 2.0) as i32).clamp(0, FACE - 1);
         pixels[i] = ((face * FACE + row) * FACE + column) as u32;
     }
 }
 
-/// For each normal on which side of its plane a viewpoint is; `planes` are n·p of each point p.
+/// Computes, for each normal, on which side of its plane a viewpoint is; `planes` are n·p of each point p.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw", "x86_64+avx2", "aarch64+neon"))]
 pub(super) fn sides_around([xs, ys, zs]: &Columns, planes: &[f32], viewpoint: Point, sides: &mut [u8]) {
     for ((((side, x), y), z), plane) in sides.iter_mut().zip(xs).zip(ys).zip(zs).zip(planes) {

@@ -1,10 +1,10 @@
-//! Where a scan was taken from, estimated from its points alone.
+//! The viewpoint of a scan, estimated from its points alone.
 //!
-//! A surface that was seen from one side hides nothing from there, its normals can all be turned towards there without
-//! tearing neighbours apart, and they look there on average. That settles an axis. Its sign is settled by convexity:
-//! scanned things bulge towards the scanner on the whole. What does not fit a far viewpoint is tried with near ones (a
+//! A surface that was seen from one side hides nothing from there, its normals can all be turned towards it without
+//! tearing neighbours apart, and they face it on average. That settles an axis. Its sign is settled by convexity: on
+//! the whole, scanned objects bulge towards the scanner. What does not fit a far viewpoint is tried with near ones (a
 //! room seen from within), and what fits none is taken for a closed model. So is what hides much of itself from every
-//! side, seems to have been seen from without all the same, and bulges once its signs are handed on.
+//! side, nevertheless seems to have been seen from outside, and bulges once its signs have been propagated.
 
 mod cloud;
 mod dome;
@@ -15,30 +15,31 @@ use crate::{NeighborIndex, Point, narrow, wide};
 use cloud::Cloud;
 use nalgebra::Vector3;
 
-/// Shares of torn edges and of hidden points that a scan seen from one side stays below (measured on 92 scans).
+/// Upper bounds of the fractions of torn edges and of hidden points of a scan seen from one side (measured on 92
+/// scans).
 const ONE_SIDE_TORN: f64 = 0.004;
 const ONE_SIDE_HIDDEN: f64 = 0.1;
-/// Mean convexity below which its sign says nothing.
+/// Mean convexity below which its sign is not reliable.
 const SURE_CONVEXITY: f64 = 0.012;
-/// A near viewpoint that costs more than this explains nothing.
+/// Maximum cost of a near viewpoint that explains a scan.
 const NEAR_COST: f64 = -0.03;
-/// A scan hides much of itself from everywhere above this share of hidden points (rooms that are seen from without at
-/// most 0.16, closed models at least 0.31).
+/// Fraction of hidden points above which a scan hides much of itself from everywhere (rooms seen from outside at most
+/// 0.16, closed models at least 0.31).
 const MUCH_HIDDEN: f64 = 0.25;
-/// A closed model bulges by this at least (see [`Cloud::bulge`]; closed models at least 0.29, street and rooms that are
-/// seen from without at most 0.15).
+/// Lower bound of the bulge of a closed model (see [`Cloud::bulge`]; closed models at least 0.29, a street and rooms
+/// seen from outside at most 0.15).
 const CLOSED_BULGE: f64 = 0.2;
-/// The far viewpoint of a scan seen from one side, in radii of the cloud.
+/// Distance of the far viewpoint of a scan seen from one side, in radii of the cloud.
 const FAR: f64 = 30.0;
 
-/// What a scan looks like from where it was taken.
+/// What a scan looks like from its viewpoint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ViewKind {
     /// Seen from one side: a range scan of an object.
     OneSide,
     /// Seen from a near viewpoint.
     Near,
-    /// Seen from within, or else a closed model: from the middle of it the two look alike, and their normals are opposite.
+    /// Seen from within, or a closed model: from its middle the two look alike, but their normals are opposite.
     Within,
     /// No single viewpoint explains it: a complete model, or fused scans.
     Closed,
@@ -47,11 +48,11 @@ pub enum ViewKind {
 /// An estimated viewpoint.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
-    /// Which case.
+    /// The kind of view.
     pub kind: ViewKind,
     /// Centred coordinates; meaningless for `Closed`.
     pub viewpoint: Vector3<f64>,
-    /// Whether the sign (towards or away) can be relied on.
+    /// Whether the sign (towards or away) is reliable.
     pub sure: bool,
 }
 
@@ -84,7 +85,7 @@ pub fn estimate_view(points: &[Point], normals: &[Point], index: &NeighborIndex,
     View { kind, viewpoint, sure: is_outside && kind == ViewKind::Near }
 }
 
-/// Whether the surface bulges on the whole once its signs are handed on from neighbour to neighbour.
+/// Returns whether the surface bulges on the whole once its signs have been propagated from neighbour to neighbour.
 fn bulges(points: &[Point], normals: &[Point], index: &NeighborIndex, cloud: &Cloud<'_>) -> bool {
     let mut signed = normals.to_vec();
     propagate(points, index, &mut signed);
@@ -137,7 +138,7 @@ mod tests {
         assert!(view.kind != ViewKind::OneSide && !view.sure, "{view:?}");
     }
 
-    /// Nothing is seen of it from without that is not hidden on its other side, and from within it hides itself.
+    /// From any viewpoint outside, its other side is hidden, and from within it hides itself.
     #[test]
     fn a_long_model_was_seen_from_nowhere() {
         let long: Vec<Point> = bumpy(|_| true)
@@ -153,7 +154,7 @@ mod tests {
 
     #[test]
     fn a_room_is_seen_from_within() {
-        // The inside of a box of 6 by 4 by 3, seen by a scanner in it.
+        // The inside of a box of 6 by 4 by 3, seen by a scanner inside it.
         let mut stream = Stream::new(8, 0);
         let points: Vec<Point> = (0..20_000)
             .map(|i| {

@@ -1,16 +1,16 @@
-//! What a cloud looks like from far along an axis.
+//! What a cloud looks like from far away along an axis.
 
 use crate::Point;
 use multiversion::multiversion;
 
-/// All x, all y and all z.
+/// All x, all y and all z coordinates.
 pub(super) type Columns = [Vec<f32>; 3];
 
 pub(super) fn columns(points: &[Point]) -> Columns {
     [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect())
 }
 
-/// For each normal its n·d without a sign, and on which side of a plane across `d` it points.
+/// Computes, for each normal, its unsigned n·d, and on which side of a plane perpendicular to `d` it points.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw", "x86_64+avx2", "aarch64+neon"))]
 pub(super) fn face_along([xs, ys, zs]: &Columns, d: Point, cosines: &mut [f32], sides: &mut [u8]) {
     for ((((side, cosine), x), y), z) in sides.iter_mut().zip(cosines).zip(xs).zip(ys).zip(zs) {
@@ -20,9 +20,9 @@ pub(super) fn face_along([xs, ys, zs]: &Columns, d: Point, cosines: &mut [f32], 
     }
 }
 
-/// Where a cloud is seen from far along an axis.
+/// The screen on which a cloud is seen from far along an axis.
 pub(super) struct Screen {
-    /// To the right, up, and away from the viewer.
+    /// Right, up, and away from the viewer.
     pub(super) axes: [Point; 3],
     pub(super) middle: Point,
     /// Half of its width, data units.
@@ -32,7 +32,7 @@ pub(super) struct Screen {
     pub(super) width: u32,
 }
 
-/// For each point its pixel and how far it is behind the middle.
+/// Computes, for each point, its pixel and how far it is behind the middle.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
 pub(super) fn project([xs, ys, zs]: &Columns, screen: &Screen, pixels: &mut [u32], depths: &mut [f32]) {
     let Screen { axes: [right, up, away], middle, half, per_pixel, width } = *screen;

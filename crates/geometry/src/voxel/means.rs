@@ -1,4 +1,4 @@
-//! The means of the points in each cell, and of their normals.
+//! The means of the points in each cell and of their normals.
 
 use super::Sample;
 use super::cell::whole;
@@ -9,17 +9,17 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Bits of the whole steps into which a cell's side, or a unit of length of a normal, is cut: sums of them do not depend on
-/// their order. Fewer in clouds so large that the sums would not fit.
+/// Bits of the integer steps into which a cell's side, or a unit of length of a normal, is divided: sums of them do not
+/// depend on their order. Fewer for clouds so large that the sums would not fit.
 const STEP_BITS: u32 = 36;
-/// Points that are cut into steps at a time.
+/// Number of points converted to steps at a time.
 const CUT_AT_A_TIME: usize = 512;
-/// Points that are worth a thread.
+/// Minimum number of points worth a thread.
 const MIN_POINTS: usize = 1 << 16;
-/// Cells and points that one thread takes at a time, at least.
+/// Minimum number of cells that one thread takes at a time.
 const CELLS_AT_A_TIME: usize = 1 << 14;
 
-/// Of each cell, in their order.
+/// Computes the means of each cell, in cell order.
 pub(super) fn means(points: &[Point], normals: Option<&[Point]>, leaf: f64, cells: &Numbered) -> Sample {
     let per_unit = 2f64.powi(STEP_BITS.min((points.len() as u64).leading_zeros() - 1) as i32);
     let sums = summed(cells, |some, sums: &mut [Sum]| sum_points(points, some, cells, leaf, per_unit, sums));
@@ -37,17 +37,17 @@ pub(super) fn means(points: &[Point], normals: Option<&[Point]>, leaf: f64, cell
     Sample { points: centroids_of, normals: normals.map(directions) }
 }
 
-/// The points of a cell.
+/// A sum over the points of a cell.
 #[derive(Clone, Copy, Default)]
 struct Sum {
-    /// How far they are beyond the corner of the cell.
+    /// How far the points are beyond the corner of the cell, in steps.
     steps: [u64; 3],
     n: u32,
     /// Position of one of them.
     member: u32,
 }
 
-/// What is summed of some points can be added to what is summed of others.
+/// A sum over some points, to which a sum over others can be added.
 trait Add {
     fn add(&mut self, other: &Self);
 }
@@ -66,7 +66,8 @@ impl Add for [i64; 3] {
     }
 }
 
-/// A sum for each cell, of parts of the cloud side by side. There are no more parts than take the memory of the cloud.
+/// Computes a sum for each cell, over parts of the cloud in parallel; few enough that there are no more sums than
+/// points.
 fn summed<S: Add + Clone + Default + Send>(cells: &Numbered, sum: impl Fn(Range<usize>, &mut [S]) + Sync) -> Vec<S> {
     let n = cells.of_points.len();
     let n_parts = (n / cells.n_cells.max(1)).min(n / MIN_POINTS).clamp(1, rayon::current_num_threads());
@@ -82,10 +83,10 @@ fn summed<S: Add + Clone + Default + Send>(cells: &Numbered, sum: impl Fn(Range<
     (0..n_parts).into_par_iter().map(of_part).reduce_with(both).unwrap_or_default()
 }
 
-/// The mean of each cell's points.
+/// Computes the mean of each cell's points.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 fn centroids(sums: &[Sum], points: &[Point], leaf: f64, per_side: f64, centroids: &mut [Point]) {
-    // A power of two: dividing by it is the same.
+    // `per_side` is a power of two: multiplying by its inverse gives the same result as dividing by it.
     let side = 1.0 / per_side;
     for (sum, centroid) in sums.iter().zip(centroids) {
         let corner = points[sum.member as usize].map(|v| (f64::from(v) / leaf).floor());
@@ -113,7 +114,7 @@ fn sum_normals(normals: &[Point], some: Range<usize>, cells: &Numbered, per_unit
     }
 }
 
-/// For each coordinate how many steps it is beyond the corner of its cell.
+/// Computes, for each coordinate, how many steps it is beyond the corner of its cell.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
 fn steps_within(coordinates: &[f32], leaf: f64, per_side: f64, steps: &mut [u64]) {
     for (steps, &v) in steps.iter_mut().zip(coordinates) {

@@ -10,22 +10,22 @@ use cell::{Packing, cell};
 use means::means;
 use numbered::{Marks, Numbered, distinct};
 
-/// Points, with normals where the input had them.
+/// Points, with normals if the input had them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sample {
     /// Centroids.
     pub points: Vec<Point>,
-    /// Mean directions, unit length; zero where the cell's normals cancel.
+    /// Mean directions, unit length; zero if the cell's normals cancel.
     pub normals: Option<Vec<Point>>,
 }
 
-/// A bit map of all cells has at most so many for each point; beyond that the points' cells are sorted.
+/// Maximum number of bits per point in a bitmap of all cells; beyond it the points' cells are sorted.
 const MAX_BITS_PER_POINT: usize = 256;
 
-/// The centroid of the points in each cubic cell of side `leaf`; cells are `floor(x / leaf)` on each axis.
+/// Returns the centroid of the points in each cubic cell of side `leaf`; cells are `floor(x / leaf)` on each axis.
 ///
-/// Sorted by cell. Neither the result nor a bit of it depends on the order of the points. A leaf below 2⁻⁵⁰ of the largest
-/// coordinate counts as that.
+/// Sorted by cell. The result is bit-identical for every order of the points. A leaf below 2⁻⁵⁰ of the largest
+/// coordinate is raised to that.
 ///
 /// # Panics
 /// With 2³² points or more.
@@ -46,7 +46,7 @@ pub fn voxel_centroids(points: &[Point], normals: Option<&[Point]>, leaf: f64) -
     means(points, normals, leaf, &numbered)
 }
 
-/// How many centroids there would be.
+/// Returns how many centroids there would be.
 #[must_use]
 pub fn voxel_count(points: &[Point], leaf: f64) -> usize {
     let corners = bounds(points);
@@ -60,7 +60,7 @@ pub fn voxel_count(points: &[Point], leaf: f64) -> usize {
     }
 }
 
-/// Finer cells could not be numbered.
+/// Returns the leaf, enlarged where finer cells could not be numbered.
 fn usable((low, high): &(Point, Point), leaf: f64) -> f64 {
     let largest = (0..3).fold(0.0f32, |largest, axis| largest.max(-low[axis]).max(high[axis]));
     leaf.max(f64::from(largest) * 2f64.powi(-50))

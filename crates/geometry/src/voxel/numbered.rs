@@ -1,22 +1,22 @@
-//! Which of the occupied cells a point is in.
+//! Which of the occupied cells contains a point.
 
 use crate::Point;
 use multiversion::multiversion;
 use rayon::prelude::*;
 
-/// Keys that one thread looks up at a time.
+/// Number of keys that one thread looks up at a time.
 const KEYS_AT_A_TIME: usize = 1 << 16;
 
-/// The occupied cells, numbered in their order from zero on without a gap.
+/// The occupied cells, numbered consecutively from zero in their order.
 pub(super) struct Numbered {
-    /// Number of the cell of each point.
+    /// Cell number of each point.
     pub(super) of_points: Vec<u32>,
-    /// How many cells there are.
+    /// Number of cells.
     pub(super) n_cells: usize,
 }
 
 impl Numbered {
-    /// By cells, or by keys in the order of the cells.
+    /// Numbers the cells by sorting them, or keys in the order of the cells.
     pub(super) fn by_sorting<K: Ord + Copy + Send + Sync>(
         points: &[Point],
         key: impl Fn(&Point) -> K + Send + Sync,
@@ -36,18 +36,18 @@ fn number(n: usize) -> u32 {
     u32::try_from(n).expect("a cloud has fewer than 2^32 points")
 }
 
-/// How many different keys there are.
+/// Returns the number of different keys.
 pub(super) fn distinct<K: Ord + Send + Sync>(points: &[Point], key: impl Fn(&Point) -> K + Send + Sync) -> usize {
     let mut keys: Vec<K> = points.par_iter().map(key).collect();
     keys.par_sort_unstable();
     keys.chunk_by(|a, b| a == b).count()
 }
 
-/// A bit for each key that there can be: whether there is one.
+/// One bit for each possible key: whether it occurs.
 pub(super) struct Marks(Vec<u64>);
 
 impl Marks {
-    /// Of keys below `n_keys`.
+    /// Marks keys below `n_keys`.
     pub(super) fn new(keys: &[u32], n_keys: usize) -> Marks {
         let mut words = vec![0u64; n_keys.div_ceil(64)];
         for key in keys {
@@ -56,12 +56,12 @@ impl Marks {
         Marks(words)
     }
 
-    /// How many different keys there are.
+    /// Returns the number of different keys.
     pub(super) fn count(&self) -> usize {
         count(&self.0)
     }
 
-    /// Numbers the keys, which take the place of their points.
+    /// Replaces the keys, one per point, by the numbers of their cells.
     pub(super) fn numbered(&self, mut keys: Vec<u32>) -> Numbered {
         let mut before = vec![0; self.0.len()];
         let n_cells = count_before(&self.0, &mut before) as usize;
@@ -75,7 +75,7 @@ fn count(words: &[u64]) -> usize {
     words.iter().map(|word| word.count_ones() as usize).sum()
 }
 
-/// How many marks are before each word, and in all of them.
+/// Counts the marks before each word, and returns the number of all marks.
 #[multiversion(targets("x86_64+popcnt", "aarch64+neon"))]
 fn count_before(words: &[u64], before: &mut [u32]) -> u32 {
     let mut n = 0;
@@ -86,7 +86,7 @@ fn count_before(words: &[u64], before: &mut [u32]) -> u32 {
     n
 }
 
-/// Replaces each key by how many marks are before its own. `before` says it for the first key of each word.
+/// Replaces each key by the number of marks before its own; `before` is that number for the first key of each word.
 #[multiversion(targets("x86_64+popcnt", "aarch64+neon"))]
 fn number_keys(keys: &mut [u32], words: &[u64], before: &[u32]) {
     for key in keys {
