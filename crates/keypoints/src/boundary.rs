@@ -1,16 +1,17 @@
-//! Where a surface ends: points with a wide gap in the ring of their neighbours (as PCL's `BoundaryEstimation`).
+//! The boundary of a surface: points with a wide gap in the ring of their neighbours (as in PCL's
+//! `BoundaryEstimation`).
 
 use congruent_geometry::{Surface, wide};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// A wider gap between neighbouring directions makes a boundary, radians; PCL's default.
+/// Gap between neighbouring directions above which a point is on the boundary, radians; PCL's default.
 const MAX_GAP: f64 = FRAC_PI_2;
-/// Fewer neighbours, the point itself included, say nothing; PCL's bound.
+/// Minimum number of neighbours, the point itself included, for a decision; PCL's bound.
 const MIN_NEIGHBORS: usize = 3;
 
-/// For each point whether one on the boundary lies within `radius`, itself included.
+/// Returns, for each point, whether a boundary point lies within `radius`, itself included.
 pub(crate) fn near_boundary(surface: &Surface, radius: f64) -> Vec<bool> {
     let on_boundary: Vec<bool> =
         (0..surface.len()).into_par_iter().map(|i| is_on_boundary(surface, i, radius)).collect();
@@ -22,7 +23,7 @@ pub(crate) fn near_boundary(surface: &Surface, radius: f64) -> Vec<bool> {
     surface.points().par_iter().map(near).collect()
 }
 
-/// False where the point has no normal or hardly a neighbour.
+/// Returns whether a point is on the boundary; `false` if it has no normal or too few neighbours.
 fn is_on_boundary(surface: &Surface, i: usize, radius: f64) -> bool {
     let Some(normal) = wide(surface.normals()[i]).try_normalize(0.0) else { return false };
     let u = perpendicular(&normal);
@@ -39,14 +40,14 @@ fn is_on_boundary(surface: &Surface, i: usize, radius: f64) -> bool {
     count >= MIN_NEIGHBORS && widest_gap(&mut angles).is_some_and(|gap| gap > MAX_GAP)
 }
 
-/// Widest gap between directions around the circle, radians; `None` for none.
+/// Returns the widest gap between directions around the circle, radians; `None` without directions.
 fn widest_gap(angles: &mut [f64]) -> Option<f64> {
     angles.sort_by(f64::total_cmp);
     let around = TAU - (angles.last()? - angles.first()?);
     Some(angles.windows(2).map(|pair| pair[1] - pair[0]).fold(around, f64::max))
 }
 
-/// A unit vector across another: crossed with the axis along which it is shortest.
+/// Returns a unit vector perpendicular to another: its cross product with the axis along which it is shortest.
 fn perpendicular(normal: &Vector3<f64>) -> Vector3<f64> {
     let mut axis = Vector3::zeros();
     axis[normal.iamin()] = 1.0;

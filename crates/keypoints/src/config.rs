@@ -1,9 +1,10 @@
-//! The choice of a detector, as a user writes it.
+//! The user's choice of a detector.
 
 use crate::{Detector, HarrisConfig, IssConfig, UniformConfig};
 use serde::{Deserialize, Serialize};
 
-/// Which detector, with its settings: one table of `[detector.harris]`, `[detector.iss]`, `[detector.uniform]`.
+/// The choice of a detector with its settings: one table of `[detector.harris]`, `[detector.iss]`,
+/// `[detector.uniform]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DetectorConfig {
@@ -11,7 +12,7 @@ pub enum DetectorConfig {
     Harris(HarrisConfig),
     /// Intrinsic Shape Signatures.
     Iss(IssConfig),
-    /// A subset spread evenly.
+    /// An evenly spread subset.
     Uniform(UniformConfig),
 }
 
@@ -22,7 +23,7 @@ impl Default for DetectorConfig {
 }
 
 impl DetectorConfig {
-    /// The detector for a cloud of this resolution.
+    /// Builds the detector for a cloud of this resolution.
     #[must_use]
     pub fn build(&self, resolution: f64) -> Box<dyn Detector> {
         match self {

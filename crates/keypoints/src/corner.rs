@@ -4,13 +4,15 @@ use crate::Keypoint;
 use congruent_geometry::{PointNormal, Surface, narrow, wide};
 use nalgebra::{Matrix3, Vector3};
 
-/// Most rounds; in each the neighbourhood is that of the last place.
+/// Maximum number of rounds; each uses the neighbourhood of the last position.
 const ROUNDS: usize = 10;
-/// Planes whose normal matrix has a smallest eigenvalue below this share of the largest do not meet in a point.
+/// Planes do not meet in a point if the smallest eigenvalue of their normal matrix is at most this fraction of the
+/// largest.
 const MIN_CONDITION: f64 = 1e-4;
 
-/// Moves a keypoint to the surface point nearest to where the tangent planes within `radius` meet. It stays where they do
-/// not, or where their meeting runs off by more than `radius`. `step` is the move, data units, that ends the search.
+/// Moves a keypoint to the surface point nearest to where the tangent planes within `radius` meet. It stays if they do
+/// not meet, or if their meeting point is farther away than `radius`. `step` is the move, data units, that ends the
+/// search.
 pub(crate) fn refined(
     surface: &Surface,
     normals: &[PointNormal],
@@ -37,7 +39,7 @@ pub(crate) fn refined(
     }
 }
 
-/// Least-squares meeting point of the tangent planes around a place: `(Σ n nᵀ)⁻¹ Σ n nᵀ p`.
+/// Returns the least-squares meeting point of the tangent planes around a place: `(Σ n nᵀ)⁻¹ Σ n nᵀ p`.
 fn meeting_point(
     surface: &Surface,
     normals: &[PointNormal],

@@ -1,6 +1,6 @@
 //! Harris keypoints on surfaces (Harris and Stephens 1988, with normals for gradients, as in PCL's `HarrisKeypoint3D`).
 //!
-//! A point is salient when the normals around it point in three clearly different directions: a corner.
+//! A point is salient if the normals around it point in three clearly different directions: a corner.
 
 use crate::corner::refined;
 use crate::detector::POINTS_AT_A_TIME;
@@ -14,10 +14,10 @@ use serde::{Deserialize, Serialize};
 
 /// Weight of the squared trace in the Harris response (PCL's constant, and the classic one).
 const HARRIS_K: f64 = 0.04;
-/// A refinement ends at this move, in resolutions (PCL's bound is in data units).
+/// A refinement ends with a move of at most this length, in resolutions (PCL's bound is in data units).
 const REFINEMENT_STEP: f64 = 1e-3;
 
-/// What is measured on `M`, the mean of `n nᵀ` over the unit normals `n` around a point. Its trace is 1.
+/// The measure of `M`, the mean of `n nᵀ` over the unit normals `n` around a point. Its trace is 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum HarrisResponse {
@@ -40,18 +40,18 @@ pub enum HarrisResponse {
 pub struct HarrisConfig {
     /// Radius of normals, response and suppression alike (as in PCL). 2 pr in the demo code of Yang et al.
     pub radius: Length,
-    /// What is measured.
+    /// The measure used as response.
     pub response: HarrisResponse,
-    /// Responses below are no keypoints; no unit. PCL's default of 0 keeps noise on smooth parts as well.
+    /// Points with a lower response are no keypoints; no unit. PCL's default of 0 also keeps noise on smooth parts.
     #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub threshold: f64,
-    /// Who stays where neighbours respond exactly alike; PCL keeps all.
+    /// Which of neighbours with exactly equal responses are kept; PCL keeps all.
     pub ties: Ties,
-    /// What becomes of a keypoint once it is found. The programs of Yang et al. keep it.
+    /// Where a keypoint is placed once it is found. The programs of Yang et al. keep it in place.
     pub placement: Placement,
 }
 
-/// Where a keypoint ends up.
+/// Where a keypoint is placed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Placement {
@@ -75,7 +75,7 @@ impl Default for HarrisConfig {
 }
 
 impl HarrisConfig {
-    /// The detector for a cloud of this resolution.
+    /// Builds the detector for a cloud of this resolution.
     #[must_use]
     pub fn build(&self, resolution: f64) -> Harris {
         Harris {
@@ -91,21 +91,21 @@ impl HarrisConfig {
 
 /// Keypoint detector by the spread of normals.
 ///
-/// Reads the points only: it estimates its own normals, whose sign does not matter. Points without any valid normal
-/// around them respond 0, so that a threshold of 0 keeps them; [`supported`](crate::supported) drops them.
+/// Reads only the points: it estimates its own normals, whose sign does not matter. Points without any valid normal
+/// around them have a response of 0, so that a threshold of 0 keeps them; [`supported`](crate::supported) drops them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Harris {
-    /// Of normals, response and suppression; data units.
+    /// Radius of normals, response and suppression; data units.
     pub radius: f64,
-    /// What is measured.
+    /// The measure used as response.
     pub response: HarrisResponse,
-    /// Least response of a keypoint.
+    /// Minimum response of a keypoint.
     pub threshold: f64,
-    /// Who stays where neighbours respond exactly alike.
+    /// Which of neighbours with exactly equal responses are kept.
     pub ties: Ties,
-    /// What becomes of a keypoint once it is found.
+    /// Where a keypoint is placed once it is found.
     pub placement: Placement,
-    /// A refinement that moves by no more ends; data units.
+    /// A refinement ends with a move of at most this length; data units.
     pub step: f64,
 }
 
@@ -125,7 +125,7 @@ impl Detector for Harris {
 }
 
 impl Harris {
-    /// Keypoints that meet in one point become one, the strongest.
+    /// Refines keypoints; of those that meet in one point only the strongest is kept.
     fn refined(&self, surface: &Surface, normals: &[PointNormal], found: &[Keypoint]) -> Vec<Keypoint> {
         let mut moved: Vec<Keypoint> =
             found.par_iter().map(|k| refined(surface, normals, *k, self.radius, self.step)).collect();
@@ -143,7 +143,8 @@ impl Harris {
 }
 
 impl HarrisResponse {
-    /// The curvature is not in `m`; it counts as the smallest eigenvalue here.
+    /// Returns the response for `m`. The curvature cannot be computed from `m`; the smallest eigenvalue stands in for
+    /// it.
     fn of(self, m: &Matrix3<f64>) -> f64 {
         let (det, trace) = (m.determinant(), m.trace());
         match self {
@@ -156,7 +157,7 @@ impl HarrisResponse {
     }
 }
 
-/// Mean of `n nᵀ` over the valid normals around, the point's own included; `None` where there are none.
+/// Returns the mean of `n nᵀ` over the valid normals around a point, its own included; `None` if there are none.
 fn mean_of_squares(
     surface: &Surface,
     around: &RadiusSearch<'_>,
@@ -166,7 +167,7 @@ fn mean_of_squares(
     let (mut squares, mut count) = (OuterSum::default(), 0u32);
     around.visit(&surface.points()[i], |n| {
         let normal = wide(normals[n.index as usize].normal);
-        // Stored as f32 they are of unit length to 1e-7 only; det is often smaller than that.
+        // Stored as `f32`, normals have unit length only to 1e-7; det is often smaller than that.
         let length_sq = normal.norm_squared();
         if length_sq > 0.0 {
             squares.add(&normal, 1.0 / length_sq);

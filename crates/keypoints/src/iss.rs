@@ -1,6 +1,6 @@
 //! Intrinsic Shape Signatures keypoints (Zhong 2009; details as in PCL's `ISSKeypoint3D`).
 //!
-//! A point is salient when its neighbours spread in three clearly different measures.
+//! A point is salient if its neighbours spread by three clearly different amounts.
 
 use crate::boundary::near_boundary;
 use crate::detector::POINTS_AT_A_TIME;
@@ -10,20 +10,21 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Below this share of the largest eigenvalue the smallest is rounding of `f32` coordinates: the patch is flat.
+/// Up to this fraction of the largest eigenvalue, the smallest is rounding error of `f32` coordinates: the patch is
+/// flat.
 const FLAT: f64 = 1e-12;
 
-/// How the scatter of a neighbourhood is formed.
+/// How the scatter matrix of a neighbourhood is formed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum IssVariant {
     /// Sum about the point, not normalised (PCL). Responses favour dense parts.
     #[default]
     Pcl,
-    /// Mean about the point; a neighbour weighs one over the number of its own neighbours (Zhong 2009).
+    /// Mean about the point; a neighbour is weighted by one over the number of its own neighbours (Zhong 2009).
     Weighted,
-    /// Covariance about the neighbours' mean (Open3D, with radii of 6 pr and 4 pr). Points that share all their neighbours
-    /// tie, which small radii make common.
+    /// Covariance about the neighbours' mean (Open3D, with radii of 6 pr and 4 pr). Points that share all their
+    /// neighbours tie, which is common with small radii.
     Centred,
 }
 
@@ -31,24 +32,24 @@ pub enum IssVariant {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct IssConfig {
-    /// How the scatter is formed.
+    /// How the scatter matrix is formed.
     pub variant: IssVariant,
     /// Radius of the scatter; 2.7 pr in the demo code of Yang et al.
     pub salient_radius: Length,
     /// Radius of the suppression; 1.8 pr in the demo code of Yang et al.
     pub suppression_radius: Length,
-    /// The middle eigenvalue stays below this share of the largest; PCL's default.
+    /// Upper bound of the middle eigenvalue as a fraction of the largest; PCL's default.
     #[serde(deserialize_with = "congruent_geometry::numbers::positive")]
     pub gamma_21: f64,
-    /// The smallest eigenvalue stays below this share of the middle; PCL's default.
+    /// Upper bound of the smallest eigenvalue as a fraction of the middle one; PCL's default.
     #[serde(deserialize_with = "congruent_geometry::numbers::positive")]
     pub gamma_32: f64,
-    /// Least points within either radius, the point itself included; PCL's default.
+    /// Minimum number of points within either radius, the point itself included; PCL's default.
     pub min_neighbors: usize,
-    /// Points this near to the surface's boundary are no keypoints (PCL's border radius); without it they may be.
+    /// Points this close to the surface's boundary are no keypoints (PCL's border radius); without it they may be.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub boundary_radius: Option<Length>,
-    /// Who stays where neighbours respond exactly alike; PCL keeps all.
+    /// Which of neighbours with exactly equal responses are kept; PCL keeps all.
     pub ties: Ties,
 }
 
@@ -68,7 +69,7 @@ impl Default for IssConfig {
 }
 
 impl IssConfig {
-    /// The detector for a cloud of this resolution.
+    /// Builds the detector for a cloud of this resolution.
     #[must_use]
     pub fn build(&self, resolution: f64) -> Iss {
         Iss {
@@ -84,27 +85,27 @@ impl IssConfig {
     }
 }
 
-/// Keypoint detector by ratios of scatter eigenvalues; the response is the smallest of them.
+/// Keypoint detector by ratios of the eigenvalues of the scatter; the response is the smallest eigenvalue.
 ///
-/// Flat, straight and isotropic neighbourhoods and those with too few points have no response. Normals are read for
-/// the boundary only.
+/// Flat, straight and isotropic neighbourhoods and those with too few points have no response. Normals are read only
+/// for the boundary.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Iss {
-    /// How the scatter is formed.
+    /// How the scatter matrix is formed.
     pub variant: IssVariant,
-    /// Of the scatter, data units.
+    /// Radius of the scatter, data units.
     pub salient_radius: f64,
-    /// Of the suppression, data units.
+    /// Radius of the suppression, data units.
     pub suppression_radius: f64,
-    /// Bound on middle / largest eigenvalue.
+    /// Upper bound of middle / largest eigenvalue.
     pub gamma_21: f64,
-    /// Bound on smallest / middle eigenvalue.
+    /// Upper bound of smallest / middle eigenvalue.
     pub gamma_32: f64,
-    /// Least points within either radius, the point itself included.
+    /// Minimum number of points within either radius, the point itself included.
     pub min_neighbors: usize,
     /// Distance kept from the boundary, data units.
     pub boundary_radius: Option<f64>,
-    /// Who stays where neighbours respond exactly alike.
+    /// Which of neighbours with exactly equal responses are kept.
     pub ties: Ties,
 }
 
@@ -127,7 +128,7 @@ impl Detector for Iss {
 }
 
 impl Iss {
-    /// What each point weighs in the scatter of its neighbours.
+    /// Returns the weight of each point in the scatter of its neighbours.
     fn weights(&self, surface: &Surface, around: &RadiusSearch<'_>) -> Vec<f64> {
         let crowding = |point| {
             let mut count = 0u32;
@@ -218,7 +219,7 @@ mod tests {
     fn a_turned_surface_has_the_same_keypoints() {
         let before = bumpy(60, 1);
         let after = turned(&before, 3);
-        // The wider radii leave no two points with the same neighbours, and so no ties for rounding to break.
+        // The wider radii leave no two points with the same neighbours, and thus no ties for rounding to break.
         for (variant, scale) in [(IssVariant::Pcl, 1.0), (IssVariant::Weighted, 1.0), (IssVariant::Centred, 2.2)] {
             let iss = detector(variant, scale * before.resolution());
             let (a, b) = (indices(&iss.detect(&before)), indices(&iss.detect(&after)));

@@ -1,7 +1,7 @@
-//! Keypoint detectors: where a surface is worth describing.
+//! Keypoint detectors: which points of a surface are worth describing.
 //!
-//! A [`Detector`] picks points of a [`Surface`](congruent_geometry::Surface); a [`DetectorConfig`] is what a user writes
-//! to choose one. [`supported`] then drops keypoints that have too little surface around them to be described.
+//! A [`Detector`] picks points of a [`Surface`](congruent_geometry::Surface); a [`DetectorConfig`] is a user's choice
+//! of one. [`supported`] then drops keypoints that have too little surface around them to be described.
 
 mod boundary;
 mod config;

@@ -1,4 +1,4 @@
-//! Non-maximum suppression: of the points that respond, those that respond most in their neighbourhood.
+//! Non-maximum suppression: keeps the points whose response is the largest in their neighbourhood.
 
 use crate::Keypoint;
 use crate::detector::POINTS_AT_A_TIME;
@@ -6,14 +6,14 @@ use congruent_geometry::{RadiusSearch, Surface};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Who stays where neighbours respond exactly alike.
+/// Which of neighbours with exactly equal responses are kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ties {
     /// The one with the lowest index.
     #[default]
     LowestIndex,
-    /// All of them, as PCL does: on a surface without noise that may be every point.
+    /// All of them, as in PCL: on a surface without noise that may be every point.
     KeepAll,
 }
 
@@ -23,13 +23,13 @@ impl Ties {
     }
 }
 
-/// The points that no other point within `radius` (inclusive, data units) beats; ascending by index.
+/// Returns the points that no other point within `radius` (inclusive, data units) beats; ascending by index.
 ///
-/// `responses` holds one entry for each point of the surface; `None` and non-finite ones neither stay nor beat others.
-/// A point that is itself beaten still beats weaker ones.
+/// `responses` holds one entry for each point of the surface; points with `None` or a non-finite response are not kept
+/// and do not beat others. A point that is itself beaten still beats weaker ones.
 ///
 /// # Panics
-/// When there are not as many responses as points.
+/// If there are not as many responses as points.
 #[must_use]
 pub fn local_maxima(surface: &Surface, responses: &[Option<f64>], radius: f64, ties: Ties) -> Vec<Keypoint> {
     assert_eq!(responses.len(), surface.len(), "each point has its response");

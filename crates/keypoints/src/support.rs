@@ -1,12 +1,12 @@
-//! Keypoints need surface around them: stray points have none.
+//! The support of keypoints: they need surface around them, which stray points do not have.
 
 use crate::Keypoint;
 use congruent_geometry::{Length, RadiusSearch, Surface};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// The keypoints with at least `min_points` surface points (itself included) within `radius` (data units), in their
-/// order.
+/// Returns the keypoints with at least `min_points` surface points (itself included) within `radius` (data units), in
+/// their order.
 #[must_use]
 pub fn supported(surface: &Surface, keypoints: &[Keypoint], radius: f64, min_points: usize) -> Vec<Keypoint> {
     let around = RadiusSearch::new(surface, radius);
@@ -20,7 +20,7 @@ pub fn supported(surface: &Surface, keypoints: &[Keypoint], radius: f64, min_poi
 pub struct SupportFilter {
     /// Radius of the support; 15 pr, the descriptors' own radius, in the demo code of Yang et al.
     pub radius: Length,
-    /// Least surface points within, the keypoint included; 10 in the demo code of Yang et al.
+    /// Minimum number of surface points within the radius, the keypoint included; 10 in the demo code of Yang et al.
     pub min_points: usize,
 }
 
@@ -31,7 +31,7 @@ impl Default for SupportFilter {
 }
 
 impl SupportFilter {
-    /// The keypoints with enough [`supported`] surface, for a cloud of this resolution.
+    /// Returns the [`supported`] keypoints, for a cloud of this resolution.
     #[must_use]
     pub fn apply(&self, surface: &Surface, keypoints: &[Keypoint], resolution: f64) -> Vec<Keypoint> {
         supported(surface, keypoints, self.radius.resolve(resolution), self.min_points)

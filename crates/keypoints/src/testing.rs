@@ -1,4 +1,4 @@
-//! Surfaces to test on.
+//! Surfaces for tests.
 
 use crate::Keypoint;
 use congruent_geometry::random::Stream;
@@ -7,7 +7,7 @@ use congruent_geometry::{
 };
 use nalgebra::Vector3;
 
-/// Points with normals of their twelve nearest, turned to +z.
+/// Points with normals estimated from their twelve nearest points and turned to +z.
 pub(crate) fn surface(points: Vec<Point>) -> Surface {
     let index = NeighborIndex::new(&points);
     let normals = estimate_normals(&points, &index, Neighborhood::Nearest(12))
@@ -18,7 +18,7 @@ pub(crate) fn surface(points: Vec<Point>) -> Surface {
     Surface::new(points, normals, index, resolution)
 }
 
-/// `side`² points at whole numbers around the origin, with heights over them.
+/// `side`² points at integer x and y around the origin, with the given heights.
 pub(crate) fn height_field(side: u16, height: impl Fn(f64, f64) -> f64) -> Surface {
     let at = |i: u16| f64::from(i) - f64::from(side / 2);
     let points = (0..side * side).map(|i| {
@@ -33,7 +33,7 @@ pub(crate) fn plane(side: u16) -> Surface {
     height_field(side, |_, _| 0.0)
 }
 
-/// `side`² irregular points, one a unit square, over random bumps.
+/// `side`² irregular points, one per unit square, over random bumps.
 pub(crate) fn bumpy(side: u16, seed: u64) -> Surface {
     let mut stream = Stream::new(seed, 0);
     let half = f64::from(side) / 2.0;
@@ -67,7 +67,7 @@ pub(crate) fn indices(keypoints: &[Keypoint]) -> Vec<u32> {
     keypoints.iter().map(|k| k.index).collect()
 }
 
-/// Shared by both over found in either; both ascending.
+/// Number of indices in both lists over the number in either; both lists are ascending.
 pub(crate) fn overlap(a: &[u32], b: &[u32]) -> f64 {
     let both = a.iter().filter(|i| b.binary_search(i).is_ok()).count();
     both as f64 / (a.len() + b.len() - both) as f64
@@ -77,8 +77,8 @@ pub(crate) fn with_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -
     rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap().install(work)
 }
 
-/// Points of the first `n_faces` faces of a cube around its corner, `side` by `side` of them one apart, each with its
-/// face's normal, after the corner itself, which has none.
+/// Points of the first `n_faces` faces of a cube around its corner: first the corner itself, which has no normal, then
+/// for each face `side` by `side` points, one apart, with the normal of the face.
 pub(crate) fn cube_corner(n_faces: usize, side: u8) -> (Surface, Vec<PointNormal>) {
     let mut points: Vec<Point> = vec![[0.0; 3]];
     let mut normals = vec![PointNormal::default()];

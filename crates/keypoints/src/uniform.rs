@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct UniformConfig {
-    /// Side of a cell; our default.
+    /// Side of a cell; the default is our own.
     pub leaf: Length,
 }
 
@@ -20,16 +20,16 @@ impl Default for UniformConfig {
 }
 
 impl UniformConfig {
-    /// The detector for a cloud of this resolution.
+    /// Builds the detector for a cloud of this resolution.
     #[must_use]
     pub fn build(&self, resolution: f64) -> Uniform {
         Uniform { leaf: self.leaf.resolve(resolution) }
     }
 }
 
-/// Of each occupied cell `floor(x / leaf)` the point nearest to the cell's centre, the lower index where two are.
+/// Picks the point nearest to the centre of each occupied cell `floor(x / leaf)`; ties go to the lower index.
 ///
-/// All responses are 0. The grid hangs on the coordinate axes, so a turned surface has other keypoints.
+/// All responses are 0. The grid is aligned with the coordinate axes, so a rotated surface has other keypoints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Uniform {
     /// Side of a cell, data units.
@@ -55,7 +55,7 @@ impl Detector for Uniform {
 }
 
 impl Uniform {
-    /// The cell of a point and the squared distance from its centre, in cells.
+    /// Returns the cell of a point and the squared distance from its centre, in cells.
     fn place(&self, point: &Point) -> ([i64; 3], f64) {
         let at = point.map(|v| f64::from(v) / self.leaf);
         let distance_sq = at.iter().map(|v| (v - v.floor() - 0.5).powi(2)).sum();
@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn ties_go_to_the_lower_index() {
         let pair = surface(vec![[0.7, 0.5, 0.5], [0.3, 0.5, 0.5], [0.3, 0.5, 0.5], [-9.0, 0.0, 0.0]]);
-        // 0.3 and 0.7 are not equally far from 0.5 in f32; the exact duplicates are.
+        // 0.3 and 0.7 are not equally far from 0.5 in `f32`; the exact duplicates are.
         assert_eq!(indices(&Uniform { leaf: 1.0 }.detect(&pair)).len(), 2);
         let mirror = surface(vec![[0.75, 0.5, 0.5], [0.25, 0.5, 0.5], [-9.0, 0.0, 0.0]]);
         assert_eq!(indices(&Uniform { leaf: 1.0 }.detect(&mirror)), [0, 2]);

@@ -1,8 +1,8 @@
-//! The same keypoints as PCL's, on a stored scan. `scripts/parity` makes the tables.
+//! Agreement with PCL's keypoints on a stored scan. `scripts/parity` creates the tables.
 //!
-//! Harris responses differ by rounding only, but on smooth parts rounding is what decides: PCL forms them in `f32`, we
-//! in `f64`. There the sets differ, and where the response is more than rounding they do not. Suppression itself is the
-//! same to the last point.
+//! Harris responses differ only by rounding, but on smooth parts rounding decides: PCL computes them in `f32`, we in
+//! `f64`. There the sets differ; where the response exceeds rounding they do not. Suppression itself agrees to the last
+//! point.
 
 #[allow(dead_code, reason = "each crate's test reads a part of the tables")]
 #[cfg(test)]
@@ -25,7 +25,7 @@ struct Comparison {
     surface: Surface,
     ours: Vec<Keypoint>,
     pcls: Vec<u32>,
-    /// Of every point.
+    /// PCL's response at every point.
     responses: Vec<f64>,
 }
 
@@ -39,20 +39,20 @@ impl Comparison {
         Comparison { name, surface, ours, pcls: tables::indices(&format!("{name}.u32")), responses }
     }
 
-    /// Likeness of the sets, of those keypoints only that respond at least so much.
+    /// Similarity of the sets, restricted to keypoints with at least this response.
     fn likeness(&self, least: f64) -> f64 {
         let ours: Vec<u32> = self.ours.iter().filter(|k| k.response >= least).map(|k| k.index).collect();
         let pcls: Vec<u32> = self.pcls.iter().copied().filter(|&i| self.responses[i as usize] >= least).collect();
         tables::jaccard(&format!("{}, responses from {least:e}", self.name), &ours, &pcls)
     }
 
-    /// Share of our keypoints at which PCL responds the same.
+    /// Fraction of our keypoints at which PCL's response is the same.
     fn same_responses(&self, tolerance: f64) -> f64 {
         let differences = self.ours.iter().map(|k| (k.response - self.responses[k.index as usize]).abs()).collect();
         tables::share_within(&format!("{}, responses", self.name), tolerance, differences)
     }
 
-    /// Likeness of the sets when we suppress PCL's responses.
+    /// Similarity of the sets if we suppress PCL's responses.
     fn suppressed_alike(&self) -> f64 {
         let candidates: Vec<Option<f64>> = self.responses.iter().map(|r| Some(*r).filter(|r| *r >= 0.0)).collect();
         let radius = RADIUS.resolve(self.surface.resolution());
@@ -61,8 +61,8 @@ impl Comparison {
     }
 }
 
-/// PCL adds 0.04 to the determinant in `f32` and subtracts it again: what is left are multiples of 3.7e-9, and off by up
-/// to 2e-8. That puts two points more on top, both of response zero in truth: 93 of 95 are shared, hence not 0.98.
+/// PCL adds 0.04 to the determinant in `f32` and subtracts it again: this leaves multiples of 3.7e-9, with errors of up
+/// to 2e-8. It adds two points, both of which truly have a response of zero: 93 of 95 are shared, hence not 0.98.
 #[test]
 fn harris_keypoints_are_pcls() {
     let harris = Comparison::new("harris", HarrisResponse::Harris);
@@ -72,7 +72,7 @@ fn harris_keypoints_are_pcls() {
     assert!(same == 1.0 && suppressed == 1.0);
 }
 
-/// The determinant alone, so the same detector without the detour over 0.04.
+/// Uses the determinant alone: the same detector without the detour via 0.04.
 #[test]
 fn noble_keypoints_are_pcls() {
     let noble = Comparison::new("noble", HarrisResponse::Noble);
@@ -80,8 +80,8 @@ fn noble_keypoints_are_pcls() {
     assert!(all >= 0.98 && same == 1.0 && suppressed == 1.0);
 }
 
-/// PCL takes the smallest eigenvalue from the closed form in `f32`, which is off by up to 3e-4 and sets what comes out
-/// negative to zero. The flat parts, where the eigenvalue is no larger, have other keypoints: hence 0.955, not 0.98.
+/// PCL computes the smallest eigenvalue in closed form in `f32`, with errors of up to 3e-4, and sets negative results
+/// to zero. Flat parts, where the eigenvalue is no larger than that, have other keypoints: hence 0.955, not 0.98.
 #[test]
 fn tomasi_keypoints_are_pcls() {
     let tomasi = Comparison::new("tomasi", HarrisResponse::Tomasi);
