@@ -1,10 +1,10 @@
-//! The choice of a descriptor, as a user writes it.
+//! The user's choice of a descriptor.
 
 use crate::{Descriptor, FpfhConfig, LfshConfig, ShotConfig, SpinImageConfig};
 use serde::{Deserialize, Serialize};
 
-/// Which descriptor, with its settings: one table of `[descriptor.shot]`, `[descriptor.spin-image]`, `[descriptor.lfsh]`,
-/// `[descriptor.fpfh]`.
+/// The choice of a descriptor with its settings: one table of `[descriptor.shot]`, `[descriptor.spin-image]`,
+/// `[descriptor.lfsh]`, `[descriptor.fpfh]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DescriptorConfig {
@@ -25,7 +25,7 @@ impl Default for DescriptorConfig {
 }
 
 impl DescriptorConfig {
-    /// The descriptor for a cloud of this resolution.
+    /// Builds the descriptor for a cloud of this resolution.
     #[must_use]
     pub fn build(&self, resolution: f64) -> Box<dyn Descriptor> {
         match self {

@@ -1,4 +1,4 @@
-//! What every descriptor does.
+//! The interface of all descriptors.
 
 use crate::Features;
 use congruent_geometry::Surface;
@@ -6,27 +6,27 @@ use rayon::prelude::*;
 
 /// Describes the surroundings of a point by numbers that a rigid motion does not change.
 ///
-/// Neighbours without a normal are skipped where it would be read. All but LFSH ignore points that coincide with the
-/// keypoint.
+/// Neighbours without a normal are skipped if their normal would be read. All descriptors except LFSH ignore points
+/// that coincide with the keypoint.
 pub trait Descriptor: Send + Sync {
-    /// Numbers in a row.
+    /// Returns the number of values in a row.
     fn dim(&self) -> usize;
 
-    /// Describes one surface point into `row`, which has [`dim`](Descriptor::dim) places and is overwritten. False, and
-    /// the row means nothing, where there is too little around the point.
+    /// Describes one surface point into `row`, which has [`dim`](Descriptor::dim) places and is overwritten. Returns
+    /// `false` if there is too little around the point; the row is then meaningless.
     fn describe_into(&self, surface: &Surface, keypoint: u32, row: &mut [f32]) -> bool;
 
-    /// Describes many points in parallel: in their order, those left out that could not be described. The same for any
+    /// Describes many points in parallel: in their order, without those that could not be described. The same for any
     /// number of threads.
     fn describe(&self, surface: &Surface, keypoints: &[u32]) -> Features {
         table(self.dim(), keypoints, |keypoint, row| self.describe_into(surface, keypoint, row))
     }
 }
 
-/// Rows that one thread fills at a time, at most.
+/// Maximum number of rows that one thread fills at a time.
 const ROWS_AT_A_TIME: usize = 64;
 
-/// Fills a row for each keypoint in parallel and closes the gaps that failures leave.
+/// Fills a row for each keypoint in parallel and closes the gaps left by failures.
 pub(crate) fn table(dim: usize, keypoints: &[u32], fill: impl Fn(u32, &mut [f32]) -> bool + Sync) -> Features {
     let mut rows = vec![0.0; dim * keypoints.len()];
     let parts = rows.par_chunks_exact_mut(dim).zip(keypoints).with_max_len(ROWS_AT_A_TIME);

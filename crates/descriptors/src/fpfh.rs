@@ -1,6 +1,7 @@
 //! FPFH, fast point feature histograms (Rusu, Blodow and Beetz 2009; details as in PCL and Open3D).
 //!
-//! How a keypoint's neighbours lie to *their* neighbours, pair by pair; nearer neighbours weigh more.
+//! Describes how a keypoint's neighbours lie relative to *their* neighbours, pair by pair; nearer neighbours weigh
+//! more.
 
 use crate::descriptor::table;
 use crate::pair::{BINS, DIM, PairHistograms};
@@ -8,13 +9,13 @@ use crate::{Descriptor, Features};
 use congruent_geometry::{Length, Surface};
 use serde::{Deserialize, Serialize};
 
-/// Whose sum is taken.
+/// Which histograms are summed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FpfhVariant {
-    /// The neighbours' histograms only; each block sums to 100.
+    /// Only those of the neighbours; each block sums to 100.
     Pcl,
-    /// The keypoint's own added to that; each block sums to 200.
+    /// Those of the neighbours and the keypoint's own; each block sums to 200.
     #[default]
     Open3d,
 }
@@ -25,7 +26,7 @@ pub enum FpfhVariant {
 pub struct FpfhConfig {
     /// Radius of the neighbourhood, and of the neighbours' own; 15 pr as for the descriptors of Yang et al.
     pub radius: Length,
-    /// Whose sum is taken.
+    /// Which histograms are summed.
     pub variant: FpfhVariant,
 }
 
@@ -36,7 +37,7 @@ impl Default for FpfhConfig {
 }
 
 impl FpfhConfig {
-    /// The descriptor for a cloud of this resolution.
+    /// Builds the descriptor for a cloud of this resolution.
     #[must_use]
     pub fn build(&self, resolution: f64) -> Fpfh {
         Fpfh { radius: self.radius.resolve(resolution), variant: self.variant }
@@ -45,15 +46,15 @@ impl FpfhConfig {
 
 /// 33 numbers: 11 bins each of the angle f1 and the cosines f2 and f3 of pairs of normals.
 ///
-/// Needs the keypoint's normal and one neighbour with normal. The neighbours' histograms weigh 1/d², as in PCL; the
-/// paper writes 1/d. Turning all normals round mirrors the first and last block.
+/// Needs the keypoint's normal and one neighbour with a normal. The neighbours' histograms are weighted by 1/d², as in
+/// PCL; the paper writes 1/d. Reversing all normals mirrors the first and last block.
 ///
-/// Describing many points at once shares the histograms of common neighbours, and is far cheaper than one by one.
+/// Describing many points at once shares the histograms of common neighbours and is far cheaper than one by one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fpfh {
-    /// Of the neighbourhood and of the neighbours' own, data units.
+    /// Radius of the neighbourhood and of the neighbours' own, data units.
     pub radius: f64,
-    /// Whose sum is taken.
+    /// Which histograms are summed.
     pub variant: FpfhVariant,
 }
 
@@ -72,12 +73,12 @@ impl Descriptor for Fpfh {
     }
 }
 
-/// From this share of keypoints among the points on, nearly every point is somebody's neighbour, and finding out which
-/// are not costs more than it saves.
+/// If more than one in this many points is a keypoint, nearly every point is somebody's neighbour, and finding out
+/// which are not costs more than it saves.
 const DENSE_SHARE: usize = 8;
 
 impl Fpfh {
-    /// The keypoints and their neighbours.
+    /// Marks the keypoints and their neighbours.
     fn needed(&self, surface: &Surface, keypoints: &[u32]) -> Vec<bool> {
         if keypoints.len() * DENSE_SHARE > surface.len() {
             return vec![true; surface.len()];
@@ -91,7 +92,7 @@ impl Fpfh {
         is_needed
     }
 
-    /// All that these keypoints need.
+    /// Computes all histograms that these keypoints need.
     fn histograms(&self, surface: &Surface, keypoints: &[u32]) -> PairHistograms {
         PairHistograms::new(surface, &self.needed(surface, keypoints), self.radius)
     }

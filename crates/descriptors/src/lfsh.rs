@@ -1,7 +1,7 @@
 //! LFSH, local feature statistics histograms (Yang, Cao and Zhang 2016; details as in the authors' public code).
 //!
-//! Three short histograms of the points around a keypoint: depth under it, distance from its normal's line, and angle
-//! between the normals.
+//! Three short histograms of the points around a keypoint: depth below it, distance from the line of its normal, and
+//! angle between the normals.
 
 use crate::Descriptor;
 use congruent_geometry::{Length, Surface, wide};
@@ -13,7 +13,7 @@ const DEPTHS: usize = 10;
 const DENSITIES: usize = 5;
 const ANGLES: usize = 15;
 const DIM: usize = DEPTHS + DENSITIES + ANGLES;
-/// Least points, the keypoint included; the authors ask for more than five.
+/// Minimum number of points, the keypoint included; the authors require more than five.
 const MIN_POINTS: usize = 6;
 
 /// `[descriptor.lfsh]`.
@@ -22,8 +22,8 @@ const MIN_POINTS: usize = 6;
 pub struct LfshConfig {
     /// Radius of the neighbourhood; 15 pr in Yang et al.
     pub radius: Length,
-    /// Whether the depth bins are moved by half a bin, so that a flat patch falls into the middle of one instead of onto
-    /// the border of two, where noise decides. Off in the authors' code.
+    /// Whether the depth bins are shifted by half a bin, so that a flat patch falls into the middle of a bin instead of
+    /// onto the border of two, where noise decides. Off in the authors' code.
     pub half_bin_shift: bool,
 }
 
@@ -34,7 +34,7 @@ impl Default for LfshConfig {
 }
 
 impl LfshConfig {
-    /// The descriptor for a cloud of this resolution.
+    /// Builds the descriptor for a cloud of this resolution.
     #[must_use]
     pub fn build(&self, resolution: f64) -> Lfsh {
         Lfsh { radius: self.radius.resolve(resolution), half_bin_shift: self.half_bin_shift }
@@ -49,7 +49,7 @@ impl LfshConfig {
 pub struct Lfsh {
     /// R, data units.
     pub radius: f64,
-    /// Whether the depth bins are moved by half a bin.
+    /// Whether the depth bins are shifted by half a bin.
     pub half_bin_shift: bool,
 }
 
@@ -79,7 +79,7 @@ impl Descriptor for Lfsh {
 }
 
 impl Lfsh {
-    /// Where one point counts in each of the three parts.
+    /// Returns the bin of one point in each of the three parts.
     fn bins(&self, offset: &Vector3<f64>, normal: &Vector3<f64>, other: &Vector3<f64>) -> [usize; 3] {
         let height = offset.dot(normal);
         let depth = (self.radius + height) / (2.0 * self.radius);
@@ -90,7 +90,7 @@ impl Lfsh {
     }
 }
 
-/// The bin of a share of the range; what is beyond goes to the outermost.
+/// Returns the bin of a fraction of the range; values beyond the range go to the outermost bin.
 fn bin(share: f64, count: usize) -> usize {
     ((share * count as f64).max(0.0) as usize).min(count - 1)
 }

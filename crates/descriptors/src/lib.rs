@@ -1,8 +1,8 @@
 //! Local reference frames and descriptors: what a surface looks like around a keypoint.
 //!
-//! A [`Descriptor`] turns a point of a [`Surface`](congruent_geometry::Surface) and what lies around it into numbers that
+//! A [`Descriptor`] turns a point of a [`Surface`](congruent_geometry::Surface) and its surroundings into numbers that
 //! do not change when the surface moves; [`Features`] is a table of them. A [`ReferenceFrame`] gives a point its own
-//! axes. [`DescriptorConfig`] and [`FrameConfig`] are what a user writes to choose one.
+//! axes. [`DescriptorConfig`] and [`FrameConfig`] are a user's choice of one.
 
 mod config;
 mod descriptor;

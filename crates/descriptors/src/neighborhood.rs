@@ -1,17 +1,17 @@
-//! The other points around a keypoint, searched for once and kept in a buffer that each thread uses again.
+//! The other points around a keypoint, searched once and kept in a buffer that each thread reuses.
 
 use congruent_geometry::{Surface, wide};
 use nalgebra::Vector3;
 use std::cell::Cell;
 
-/// A point near a keypoint, but not at its place.
+/// A point near a keypoint that does not coincide with it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Near {
     /// Position in the surface.
     pub(crate) index: u32,
     /// Length of the offset, above zero.
     pub(crate) distance: f64,
-    /// From the keypoint.
+    /// Offset from the keypoint.
     pub(crate) offset: Vector3<f64>,
 }
 
@@ -19,7 +19,7 @@ thread_local! {
     static BUFFER: Cell<Vec<Near>> = const { Cell::new(Vec::new()) };
 }
 
-/// Hands over the points within `radius` (inclusive) of a surface point, without those at its very coordinates.
+/// Passes the points within `radius` (inclusive) of a surface point to `work`, without those that coincide with it.
 pub(crate) fn with_neighborhood<T>(
     surface: &Surface,
     keypoint: u32,

@@ -1,7 +1,7 @@
 //! SHOT, signatures of histograms of orientations (Tombari, Salti and Di Stefano 2010; details as in PCL).
 //!
-//! The sphere around a keypoint is cut along its own axes into 8 sectors × 2 shells × 2 halves. Each of the 32 volumes
-//! holds a histogram of the cosines between its normals and the z axis.
+//! The sphere around a keypoint is divided along its own axes into 8 sectors × 2 shells × 2 halves. Each of the 32
+//! volumes holds a histogram of the cosines between the normals in it and the z axis.
 
 use crate::Descriptor;
 use crate::frames::shot_frame;
@@ -11,14 +11,14 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// Bins for the cosine from −1 to 1; the outer two are half as wide.
+/// Number of bins for the cosine from −1 to 1; the outer two are half as wide.
 const COSINES: usize = 11;
-/// 8 sectors × 2 shells × 2 halves; number `4·sector + 2·outer + upper`.
+/// Number of volumes, 8 sectors × 2 shells × 2 halves; a volume has number `4·sector + 2·outer + upper`.
 const VOLUMES: usize = 32;
 const DIM: usize = VOLUMES * COSINES;
-/// Coordinates in the frame this small are taken for zero; PCL's number.
+/// Coordinates in the frame smaller than this are taken as zero; PCL's number.
 const NOTHING: f64 = 1e-30;
-/// Nearer neighbours have no direction; PCL's number.
+/// Distance up to which a neighbour has no direction; PCL's number.
 const MIN_DISTANCE: f64 = 1e-15;
 
 /// `[descriptor.shot]`.
@@ -27,7 +27,8 @@ const MIN_DISTANCE: f64 = 1e-15;
 pub struct ShotConfig {
     /// Radius of the neighbourhood and of the frame; 15 pr in Yang et al.
     pub radius: Length,
-    /// Whether the topmost cosine bin spills into the lowest, as PCL's does by mistake.
+    /// Whether what belongs to the topmost cosine bin spills from the one below into the lowest bin, as in PCL by
+    /// mistake.
     pub pcl_wrap: bool,
 }
 
@@ -38,7 +39,7 @@ impl Default for ShotConfig {
 }
 
 impl ShotConfig {
-    /// The descriptor for a cloud of this resolution.
+    /// Builds the descriptor for a cloud of this resolution.
     #[must_use]
     pub fn build(&self, resolution: f64) -> Shot {
         Shot { radius: self.radius.resolve(resolution), pcl_wrap: self.pcl_wrap }
@@ -49,9 +50,9 @@ impl ShotConfig {
 /// normals matters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shot {
-    /// Of the neighbourhood and of the frame, data units.
+    /// Radius of the neighbourhood and of the frame, data units.
     pub radius: f64,
-    /// Whether the topmost cosine bin spills into the lowest.
+    /// Whether what belongs to the topmost cosine bin spills from the one below into the lowest bin.
     pub pcl_wrap: bool,
 }
 
@@ -68,7 +69,7 @@ impl Descriptor for Shot {
 }
 
 impl Shot {
-    /// Before it is normalised; `None` without a frame.
+    /// Returns the histogram before normalisation; `None` without a frame.
     fn histogram(&self, surface: &Surface, neighbors: &[Near]) -> Option<[f64; DIM]> {
         let axes = shot_frame(neighbors, self.radius)?.axes;
         let z = axes.row(2).transpose();
@@ -83,8 +84,8 @@ impl Shot {
         Some(histogram)
     }
 
-    /// Adds one neighbour: for each of cosine, shell, half and sector, its own bin gets what is left of 1 after the
-    /// adjacent one has got its share.
+    /// Adds one neighbour: for each of cosine, shell, half and sector, the adjacent bin gets its share, and the own bin
+    /// what is left of 1.
     fn deposit(&self, local: &Vector3<f64>, distance: f64, cosine: f64, histogram: &mut [f64; DIM]) {
         let azimuth = local.y.atan2(local.x);
         let sector = (((azimuth + PI) / FRAC_PI_4) as usize).min(7);
@@ -109,7 +110,7 @@ impl Shot {
         }
     }
 
-    /// The cosine's bin, and the adjacent bin on its side.
+    /// Returns the cosine's bin and the split with the adjacent bin on its side.
     fn cosine_split(&self, cosine: f64) -> (usize, Split) {
         let place = 5.0 * (1.0 + cosine.clamp(-1.0, 1.0));
         let bin = (place + 0.5).floor();
@@ -124,7 +125,7 @@ impl Shot {
         (bin, Split { share: delta.abs(), other })
     }
 
-    /// The shells' middles are at a quarter and three quarters of the radius.
+    /// Splits between the shells, whose middles are at a quarter and three quarters of the radius.
     fn shell_split(&self, distance: f64, outer: bool, volume: usize) -> Split {
         let middle = if outer { 0.75 } else { 0.25 } * self.radius;
         let delta = (distance - middle) / (self.radius / 2.0);
@@ -133,16 +134,16 @@ impl Shot {
     }
 }
 
-/// How one neighbour is shared between its own bin and the adjacent one.
+/// How one neighbour is split between its own bin and the adjacent one.
 #[derive(Clone, Copy)]
 struct Split {
-    /// Of the adjacent bin, 0 (in the middle of its own) to ½ (at the border).
+    /// Share of the adjacent bin, from 0 (in the middle of the own bin) to ½ (at the border).
     share: f64,
-    /// The adjacent bin; beyond the outermost there is none, and the share is lost.
+    /// The adjacent bin; beyond the outermost bin there is none, and the share is lost.
     other: Option<usize>,
 }
 
-/// The halves' middles are at 45° and 135° from z.
+/// Splits between the halves, whose middles are at 45° and 135° from z.
 fn half_split(cosine: f64, upper: bool, volume: usize) -> Split {
     let middle = if upper { FRAC_PI_4 } else { 3.0 * FRAC_PI_4 };
     let delta = (cosine.clamp(-1.0, 1.0).acos() - middle) / FRAC_PI_2;
@@ -150,7 +151,7 @@ fn half_split(cosine: f64, upper: bool, volume: usize) -> Split {
     Split { share: delta.abs(), other: between.then_some(volume ^ 1) }
 }
 
-/// Sectors go around, so there is always an adjacent one.
+/// Splits between the sectors, which are cyclic, so that there is always an adjacent one.
 fn sector_split(azimuth: f64, sector: usize, volume: usize) -> Split {
     let middle = -7.0 / 8.0 * PI + sector as f64 * FRAC_PI_4;
     let delta = ((azimuth - middle) / FRAC_PI_4).clamp(-0.5, 0.5);
@@ -158,7 +159,7 @@ fn sector_split(azimuth: f64, sector: usize, volume: usize) -> Split {
     Split { share: delta.abs(), other: Some((volume + step) % VOLUMES) }
 }
 
-/// Divides by the Euclidean length; false where that is zero.
+/// Divides by the Euclidean length; returns `false` if that is zero.
 fn normalize_into(histogram: &[f64; DIM], row: &mut [f32]) -> bool {
     let norm = histogram.iter().map(|v| v * v).sum::<f64>().sqrt();
     row.iter_mut().zip(histogram).for_each(|(out, value)| *out = (value / norm) as f32);

@@ -1,6 +1,6 @@
 //! Spin images (Johnson and Hebert 1999; details as in PCL's rectangular form).
 //!
-//! A sheet of pixels turns about a keypoint's normal and counts the points that it sweeps.
+//! A sheet of pixels rotates about a keypoint's normal and counts the points that it sweeps.
 
 use crate::descriptor::table;
 use crate::{Descriptor, Features};
@@ -9,20 +9,20 @@ use multiversion::multiversion;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::SQRT_2;
 
-/// Pixels from the axis outwards, and from the tangent plane up and down; PCL's default.
+/// Number of pixels from the axis outwards, and from the tangent plane up and down; PCL's default.
 const WIDTH: usize = 8;
-/// Heights β along the normal: `WIDTH` below the tangent plane, as many above, and one for interpolation.
+/// Number of heights β along the normal: `WIDTH` below the tangent plane, as many above, and one for interpolation.
 const COLUMNS: usize = 2 * WIDTH + 1;
-/// Distances α from the axis, one row each, and one for interpolation.
+/// Number of distances α from the axis, one row each, and one for interpolation.
 const ROWS: usize = WIDTH + 1;
-/// Cells along a radius: finer ones spare distances, coarser ones make longer runs.
+/// Number of cells along a radius: finer cells save distance computations, coarser ones make longer runs.
 const CELLS_PER_RADIUS: f64 = 3.0;
 
 /// `[descriptor.spin-image]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct SpinImageConfig {
-    /// Radius of the sphere in which the swept cylinder fits; 15 pr in Yang et al.
+    /// Radius of the sphere that encloses the swept cylinder; 15 pr in Yang et al.
     pub radius: Length,
 }
 
@@ -33,7 +33,7 @@ impl Default for SpinImageConfig {
 }
 
 impl SpinImageConfig {
-    /// The descriptor for a cloud of this resolution.
+    /// Builds the descriptor for a cloud of this resolution.
     #[must_use]
     pub fn build(&self, resolution: f64) -> SpinImage {
         SpinImage { radius: self.radius.resolve(resolution) }
@@ -42,11 +42,11 @@ impl SpinImageConfig {
 
 /// 9 × 17 numbers that sum to 1: rows by distance from the axis, columns by height along the normal.
 ///
-/// Needs the keypoint's normal and one neighbour; the neighbours' normals are not read. Turning the normal round mirrors
+/// Needs the keypoint's normal and one neighbour; the neighbours' normals are not read. Reversing the normal mirrors
 /// the columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpinImage {
-    /// Of the sphere in which the swept cylinder fits, data units.
+    /// Radius of the sphere that encloses the swept cylinder, data units.
     pub radius: f64,
 }
 
@@ -84,10 +84,10 @@ impl SpinImage {
     }
 }
 
-/// Points that are placed side by side.
+/// Number of points processed side by side.
 const LANES: usize = 16;
 
-/// What turns about a keypoint's normal.
+/// The sheet that rotates about a keypoint's normal.
 struct Sheet {
     centre: [f64; 3],
     normal: [f64; 3],
@@ -95,7 +95,7 @@ struct Sheet {
 }
 
 impl Sheet {
-    /// Shares each point between the four pixels around its place.
+    /// Distributes each point over the four pixels around it.
     fn sweep(&self, [xs, ys, zs]: [&[f32]; 3], image: &mut [f64; ROWS * COLUMNS]) {
         for ((xs, ys), zs) in xs.chunks(LANES).zip(ys.chunks(LANES)).zip(zs.chunks(LANES)) {
             let mut points = [[0.0; LANES]; 3];
@@ -115,8 +115,8 @@ impl Sheet {
     }
 }
 
-/// For each point the first of its four pixels, and what each of them gets: nothing where the point is off the sheet or at the
-/// keypoint. Compiled once for each instruction set and chosen at run time; the bits are the same on all of them.
+/// Computes, for each point, the first of its four pixels and the share of each: zero if the point is off the sheet or
+/// at the keypoint. Compiled for several instruction sets and chosen at run time; the bits are the same on all of them.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 fn places([xs, ys, zs]: &[[f32; LANES]; 3], sheet: &Sheet) -> ([u32; LANES], [[f64; LANES]; 4]) {
     let (centre, normal, width) = (sheet.centre, sheet.normal, WIDTH as f64);
@@ -159,7 +159,7 @@ mod tests {
         assert!((features.row(0).iter().sum::<f32>() - 1.0).abs() < 1e-5);
     }
 
-    /// The image of points at these distances from the axis and heights, in pixels; about z.
+    /// The image about z of points at these distances from the axis and heights, in pixels.
     fn image_of(places: &[(f32, f32)]) -> [f64; ROWS * COLUMNS] {
         let sheet = Sheet { centre: [0.0; 3], normal: [0.0, 0.0, 1.0], pixels_per_unit: 1.0 };
         let (xs, zs): (Vec<f32>, Vec<f32>) = places.iter().copied().unzip();
@@ -181,7 +181,7 @@ mod tests {
         assert_eq!(image_of(&off), [0.0; ROWS * COLUMNS]);
         let on = [(7.999, 7.999), (7.999, -7.999), (0.0, 0.001)];
         assert!((image_of(&on).iter().sum::<f64>() - 3.0).abs() < 1e-12);
-        // More than fit side by side.
+        // More than are processed side by side.
         let many = vec![(3.5, 1.5); 3 * LANES + 1];
         assert_eq!(image_of(&many).iter().sum::<f64>(), many.len() as f64);
     }

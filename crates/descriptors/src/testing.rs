@@ -1,10 +1,10 @@
-//! Surfaces to test on.
+//! Surfaces for tests.
 
 use congruent_geometry::random::Stream;
 use congruent_geometry::{NeighborIndex, Neighborhood, Point, Surface, estimate_normals, narrow, resolution, wide};
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Points with normals of their twelve nearest, turned to +z.
+/// Points with normals estimated from their twelve nearest points and turned to +z.
 pub(crate) fn surface(points: Vec<Point>) -> Surface {
     let index = NeighborIndex::new(&points);
     let normals = estimate_normals(&points, &index, Neighborhood::Nearest(12))
@@ -15,7 +15,7 @@ pub(crate) fn surface(points: Vec<Point>) -> Surface {
     Surface::new(points, normals, index, resolution)
 }
 
-/// `side`² points at whole numbers around the origin, with heights over them.
+/// `side`² points at integer x and y around the origin, with the given heights.
 pub(crate) fn height_field(side: u16, height: impl Fn(f64, f64) -> f64) -> Surface {
     let at = |i: u16| f64::from(i) - f64::from(side / 2);
     let points = (0..side * side).map(|i| {
@@ -39,7 +39,7 @@ pub(crate) fn disc(n: u16) -> Surface {
     surface(std::iter::once([0.0; 3]).chain(spiral).collect())
 }
 
-/// `side`² irregular points, one a unit square, over random bumps.
+/// `side`² irregular points, one per unit square, over random bumps.
 pub(crate) fn bumpy(side: u16, seed: u64) -> Surface {
     let mut stream = Stream::new(seed, 0);
     let half = f64::from(side) / 2.0;
@@ -65,7 +65,7 @@ pub(crate) fn turn(seed: u64) -> UnitQuaternion<f64> {
     Stream::new(seed, 1).rotation()
 }
 
-/// The same surface in a random orientation, normals and all.
+/// The same surface in a random orientation, including its normals.
 pub(crate) fn turned(surface: &Surface, seed: u64) -> Surface {
     let rotated = |all: &[Point]| -> Vec<Point> { all.iter().map(|p| narrow(&(turn(seed) * wide(*p)))).collect() };
     let points = rotated(surface.points());
@@ -81,7 +81,7 @@ fn with_normals(surface: &Surface, change: impl Fn(Point) -> Point) -> Surface {
     Surface::new(points, normals, index, surface.resolution())
 }
 
-/// The same surface seen from behind.
+/// The same surface with reversed normals.
 pub(crate) fn flipped(surface: &Surface) -> Surface {
     with_normals(surface, negative)
 }
@@ -95,7 +95,7 @@ fn negative(normal: Point) -> Point {
     normal.map(|v| -v)
 }
 
-/// Euclidean.
+/// Euclidean distance.
 pub(crate) fn distance(a: &[f32], b: &[f32]) -> f64 {
     a.iter().zip(b).map(|(x, y)| f64::from(x - y).powi(2)).sum::<f64>().sqrt()
 }

@@ -1,4 +1,5 @@
-//! The same frames and descriptors as PCL's, on a stored scan and from PCL's normals. `scripts/parity` makes the tables.
+//! Agreement with PCL's frames and descriptors on a stored scan with PCL's normals. `scripts/parity` creates the
+//! tables.
 
 #[allow(dead_code, reason = "each crate's test reads a part of the tables")]
 #[cfg(test)]
@@ -12,7 +13,7 @@ use congruent_geometry::{Length, Surface};
 
 const RADIUS: Length = Length::Resolutions(15.0);
 
-/// Rows of ours and of PCL's for the keypoints that both could describe, which must be the same ones.
+/// Returns our rows and PCL's for the keypoints that both could describe, which must be the same keypoints.
 fn pairs<const DIM: usize>(
     surface: &Surface,
     descriptor: &impl Descriptor,
@@ -49,7 +50,7 @@ fn frames_are_pcls() {
         let ours = frames.frame(&surface, keypoint);
         assert_eq!(ours.is_some(), pcls[0].is_finite(), "{keypoint}");
         if let Some(frame) = ours {
-            // nalgebra walks along columns.
+            // nalgebra iterates along columns.
             let by_rows = frame.axes.transpose();
             differences.push(by_rows.iter().zip(pcls).map(|(a, b)| (a - f64::from(b)).abs()).fold(0.0, f64::max));
         }
@@ -73,8 +74,8 @@ fn spin_images_are_pcls() {
     assert_eq!(tables::share_within("spin images, largest entry", 1e-4, differences), 1.0);
 }
 
-/// In two of the 200 a close pair's normals stand equally askew to their line, up to the rounding of PCL's `f32`: which
-/// point leads is then anybody's guess, and one count goes to the mirrored bin.
+/// For two of the 200, the normals of a close pair are equally inclined to their line, up to the rounding of PCL's
+/// `f32`: which point leads is then arbitrary, and one count goes to the mirrored bin.
 #[test]
 fn fpfh_is_pcls() {
     let surface = tables::surface();

@@ -1,4 +1,4 @@
-//! Local reference frames: axes that a surface itself gives to a point, so that they move along with it.
+//! Local reference frames: axes that the surface itself gives to a point, so that they move with it.
 
 mod shot;
 mod toldi;
@@ -11,16 +11,16 @@ use congruent_geometry::Surface;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Axes at a surface point.
+/// The local reference frame of a surface point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalFrame {
-    /// Rows x, y, z: takes an offset from the point into the frame. A rotation.
+    /// Rows x, y, z: maps an offset from the point into the frame. A rotation.
     pub axes: Matrix3<f64>,
-    /// How well the axes are settled.
+    /// How well the axes are determined.
     pub margins: Margins,
 }
 
-/// How well the axes of a frame are settled, each from 0 (by chance) to 1 (beyond doubt).
+/// How well the axes of a frame are determined, each from 0 (arbitrary) to 1 (unambiguous).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
     /// The line on which z lies: (λ1 − λ0) / λ2 of the ascending eigenvalues.
@@ -34,26 +34,26 @@ pub struct Margins {
 }
 
 impl Margins {
-    /// The least of them.
+    /// Returns the least of the margins.
     #[must_use]
     pub fn weakest(&self) -> f64 {
         self.z.min(self.x).min(self.z_sign).min(self.x_sign)
     }
 }
 
-/// Gives points of a surface their axes.
+/// Computes the local reference frames of surface points.
 pub trait ReferenceFrame: Send + Sync {
-    /// The frame of one surface point; `None` where there is too little around it.
+    /// Returns the frame of one surface point; `None` if there is too little around it.
     fn frame(&self, surface: &Surface, keypoint: u32) -> Option<LocalFrame>;
 }
 
-/// Which reference frame, with its settings: one table of `[frame.shot]`, `[frame.toldi]`.
+/// The choice of a local reference frame with its settings: one table of `[frame.shot]`, `[frame.toldi]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FrameConfig {
-    /// By the scatter of the neighbours.
+    /// From the scatter of the neighbours.
     Shot(ShotFrameConfig),
-    /// By the normal and the heights over the tangent plane.
+    /// From the normal and the heights above the tangent plane.
     Toldi(ToldiFrameConfig),
 }
 
@@ -64,7 +64,7 @@ impl Default for FrameConfig {
 }
 
 impl FrameConfig {
-    /// The frame for a cloud of this resolution.
+    /// Builds the reference frame for a cloud of this resolution.
     #[must_use]
     pub fn build(&self, resolution: f64) -> Box<dyn ReferenceFrame> {
         match self {
@@ -74,7 +74,7 @@ impl FrameConfig {
     }
 }
 
-/// Right-handed axes from a z and an x at right angles.
+/// Returns right-handed axes from perpendicular z and x.
 fn axes(x: &Vector3<f64>, z: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::from_rows(&[x.transpose(), z.cross(x).transpose(), z.transpose()])
 }

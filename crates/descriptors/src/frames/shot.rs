@@ -1,6 +1,6 @@
 //! The reference frame of SHOT (Tombari, Salti and Di Stefano 2010; details as in PCL).
 //!
-//! The axes are those of the neighbours' scatter, nearer ones weighing more; their signs go with the majority.
+//! The axes are those of the neighbours' scatter, in which nearer ones weigh more; the majority decides their signs.
 
 use super::{LocalFrame, Margins, ReferenceFrame, axes};
 use crate::neighborhood::{Near, with_neighborhood};
@@ -8,9 +8,9 @@ use congruent_geometry::{Length, Surface, sorted_eigen};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Least neighbours, the point itself not counted; PCL's bound.
+/// Minimum number of neighbours, the point itself not counted; PCL's bound.
 const MIN_NEIGHBORS: usize = 5;
-/// How many neighbours of middle distance decide a sign that the majority leaves open; PCL's number.
+/// Number of neighbours of median distance that decide a sign that the majority leaves open; PCL's number.
 const TIE_VOTERS: usize = 5;
 
 /// `[frame.shot]`.
@@ -28,7 +28,7 @@ impl Default for ShotFrameConfig {
 }
 
 impl ShotFrameConfig {
-    /// The frame for a cloud of this resolution.
+    /// Builds the frame for a cloud of this resolution.
     #[must_use]
     pub fn build(&self, resolution: f64) -> ShotFrame {
         ShotFrame { radius: self.radius.resolve(resolution) }
@@ -38,7 +38,7 @@ impl ShotFrameConfig {
 /// Axes of least (z) and largest (x) scatter about the point. Needs five neighbours; reads no normals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShotFrame {
-    /// Of the neighbourhood, data units.
+    /// Radius of the neighbourhood, data units.
     pub radius: f64,
 }
 
@@ -48,7 +48,7 @@ impl ReferenceFrame for ShotFrame {
     }
 }
 
-/// The frame from neighbours that were already found within `radius`.
+/// Computes the frame from neighbours that were already found within `radius`.
 pub(crate) fn shot_frame(neighbors: &[Near], radius: f64) -> Option<LocalFrame> {
     if neighbors.len() < MIN_NEIGHBORS {
         return None;
@@ -65,7 +65,8 @@ pub(crate) fn shot_frame(neighbors: &[Near], radius: f64) -> Option<LocalFrame> 
     Some(LocalFrame { axes: axes(&x, &z), margins })
 }
 
-/// Scatter about the point, a neighbour weighing its distance from the rim; `None` where all are on the rim.
+/// Returns the scatter about the point, each neighbour weighted by its distance from the rim; `None` if all are on the
+/// rim.
 fn weighted_scatter(neighbors: &[Near], radius: f64) -> Option<Matrix3<f64>> {
     let (mut scatter, mut total) = (Matrix3::zeros(), 0.0);
     for near in neighbors {
@@ -77,8 +78,9 @@ fn weighted_scatter(neighbors: &[Near], radius: f64) -> Option<Matrix3<f64>> {
     (total > 0.0).then(|| scatter / total)
 }
 
-/// The axis with the sign on whose side most neighbours lie, and by which share of them. Neighbours exactly across it
-/// count as positive for the sign, as in PCL, and for neither side in the share.
+/// Returns the axis with the sign of the side on which most neighbours lie, and their margin as a fraction of all
+/// neighbours. Neighbours exactly perpendicular to it count as positive for the sign, as in PCL, and for neither side
+/// in the margin.
 fn with_majority(axis: &Vector3<f64>, neighbors: &[Near]) -> (Vector3<f64>, f64) {
     let (mut ahead, mut behind) = (0usize, 0usize);
     for near in neighbors {
@@ -92,7 +94,7 @@ fn with_majority(axis: &Vector3<f64>, neighbors: &[Near]) -> (Vector3<f64>, f64)
     (if keep { *axis } else { -axis }, margin)
 }
 
-/// Whether most of the neighbours of middle distance lie ahead.
+/// Returns whether most of the neighbours of median distance lie ahead.
 fn middle_votes_for(axis: &Vector3<f64>, neighbors: &[Near]) -> bool {
     let mut sorted: Vec<&Near> = neighbors.iter().collect();
     sorted.sort_by(|a, b| a.distance.total_cmp(&b.distance).then(a.index.cmp(&b.index)));

@@ -8,11 +8,11 @@ use congruent_geometry::{Length, SortedEigen, Surface, sorted_eigen};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// The normal is taken over this share of the radius.
+/// Fraction of the radius over which the normal is computed.
 const NORMAL_SHARE: f64 = 1.0 / 3.0;
-/// Least points for a normal, the point itself included.
+/// Minimum number of points for a normal, the point itself included.
 const MIN_POINTS: usize = 3;
-/// Votes for x that add up to less than this, in units of radius⁵ a neighbour, come from a flat patch.
+/// A sum of votes for x shorter than this, in units of radius⁵ per neighbour, comes from a flat patch.
 const FLAT: f64 = 1e-9;
 
 /// `[frame.toldi]`.
@@ -30,19 +30,19 @@ impl Default for ToldiFrameConfig {
 }
 
 impl ToldiFrameConfig {
-    /// The frame for a cloud of this resolution.
+    /// Builds the frame for a cloud of this resolution.
     #[must_use]
     pub fn build(&self, resolution: f64) -> ToldiFrame {
         ToldiFrame { radius: self.radius.resolve(resolution) }
     }
 }
 
-/// Axes by the normal (z, away from the neighbours' side) and the neighbours' heights over the tangent plane (x).
+/// Axes from the normal (z, away from the neighbours' side) and the neighbours' heights above the tangent plane (x).
 ///
-/// There is none for a flat patch. Reads no normals. y is `z × x`; the authors use `x × z`.
+/// There is no frame for a flat patch. Reads no normals. y is `z × x`; the authors use `x × z`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ToldiFrame {
-    /// Of the neighbourhood, data units.
+    /// Radius of the neighbourhood, data units.
     pub radius: f64,
 }
 
@@ -68,12 +68,12 @@ fn toldi_frame(neighbors: &[Near], radius: f64) -> Option<LocalFrame> {
     let agreement = (length / total).min(1.0);
     let margins =
         Margins { z: ((middle - smallest) / largest).clamp(0.0, 1.0), x: agreement, z_sign, x_sign: agreement };
-    // Each vote is across z up to rounding; made exact, so that the axes stay a rotation.
+    // Each vote is perpendicular to z up to rounding; made exact here, so that the axes stay a rotation.
     let x = (sum - z * z.dot(&sum)).normalize();
     Some(LocalFrame { axes: axes(&x, &z), margins })
 }
 
-/// Covariance of the neighbours and the point itself, about their centroid.
+/// Decomposes the covariance of the neighbours and the point itself, about their centroid.
 fn spread(small: &[&Near]) -> SortedEigen {
     let count = (small.len() + 1) as f64;
     let mean: Vector3<f64> = small.iter().map(|near| near.offset).sum::<Vector3<f64>>() / count;
@@ -81,7 +81,7 @@ fn spread(small: &[&Near]) -> SortedEigen {
     sorted_eigen(&(squares / count - mean * mean.transpose()))
 }
 
-/// The axis with the sign for which Σ z·(p − p_j) ≥ 0, and how far the terms agree.
+/// Returns the axis with the sign for which Σ z·(p − p_j) ≥ 0, and how far the terms agree.
 fn away_from(axis: &Vector3<f64>, small: &[&Near]) -> (Vector3<f64>, f64) {
     let (mut sum, mut total) = (0.0, 0.0);
     for near in small {
@@ -93,8 +93,8 @@ fn away_from(axis: &Vector3<f64>, small: &[&Near]) -> (Vector3<f64>, f64) {
     (if sum >= 0.0 { *axis } else { -axis }, margin)
 }
 
-/// Σ (R − d)² h|h| (v − h z) over the neighbours v at height h = z·v, and the sum of the terms' lengths. The paper
-/// squares h; the signed square of the authors' code tells hills from hollows.
+/// Returns Σ (R − d)² h|h| (v − h z) over the neighbours v at height h = z·v, and the sum of the terms' lengths. The
+/// paper squares h; the signed square in the authors' code distinguishes hills from hollows.
 fn votes(z: &Vector3<f64>, neighbors: &[Near], radius: f64) -> (Vector3<f64>, f64) {
     let (mut sum, mut total) = (Vector3::zeros(), 0.0);
     for near in neighbors {

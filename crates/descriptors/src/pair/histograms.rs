@@ -1,4 +1,4 @@
-//! The pairs of each point with those around it, counted by bin (Rusu's simplified histograms, SPFH).
+//! The pairs of each point with its neighbours, counted by bin (Rusu's simplified histograms, SPFH).
 
 use super::{BINS, DIM, NO_BINS, bins};
 use congruent_geometry::{OrderedPoints, Point, Spare, Surface};
@@ -6,17 +6,17 @@ use multiversion::multiversion;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Cells along a radius: finer ones spare distances, coarser ones make longer runs.
+/// Number of cells along a radius: finer cells save distance computations, coarser ones make longer runs.
 const CELLS_PER_RADIUS: f64 = 3.0;
-/// Pairs that are put into bins at a time.
+/// Number of pairs binned at a time.
 const BLOCK: usize = 64;
-/// Pairs that are looked at side by side.
+/// Number of pairs processed side by side.
 const LANES: usize = 8;
 
-/// A surface in the order of a grid, a coordinate at a time.
+/// A surface sorted by grid cell, one coordinate at a time.
 struct Ordered {
     points: OrderedPoints,
-    /// Places and normals; longer than the cloud, so that the last lanes are not out of it.
+    /// Positions and normals; longer than the cloud, so that the last lanes stay in range.
     columns: [Vec<f32>; 6],
 }
 
@@ -36,8 +36,9 @@ impl Ordered {
         [self.columns[3][i], self.columns[4][i], self.columns[5][i]]
     }
 
-    /// Counts the pairs of a needed point with the others of a run, for both; with other needed ones only if they come later.
-    /// `own` are those of the point itself, `counts` those of the places from the first on.
+    /// Counts the pairs of a needed point with the others of a run, for both points; pairs with other needed points
+    /// only if those come later. `own` are the counts of the point itself, `counts` those of the places from `first`
+    /// on.
     fn count(
         &self,
         i: usize,
@@ -65,7 +66,8 @@ impl Ordered {
     }
 }
 
-/// Compiled once for each instruction set and chosen at run time; the bits are the same on all of them.
+/// Computes the bins of the pairs of one point with a block of others. Compiled for several instruction sets and chosen
+/// at run time; the bits are the same on all of them.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 fn bins_of_block(
     point: Point,
@@ -74,9 +76,9 @@ fn bins_of_block(
     radius_sq: f32,
     found: &mut [u32],
 ) {
-    // Whole lanes only, so that nothing is left over to be done one by one.
+    // Whole lanes only, so that no remainder is left to be processed one by one.
     let n = found.len() / LANES * LANES;
-    // Not in a closure: it is not always compiled for the same instructions as what is around it.
+    // Not in a closure, which is not always compiled for the same instruction set as the code around it.
     let (px, py, pz) = (&px[..n], &py[..n], &pz[..n]);
     let (nx, ny, nz) = (&nx[..n], &ny[..n], &nz[..n]);
     let found = &mut found[..n];
@@ -86,11 +88,11 @@ fn bins_of_block(
     }
 }
 
-/// Pairs by bin, a block a feature; with room beyond the last bin, so that no bin can be out of it.
+/// Number of pairs by bin, one block per feature; with room beyond the last bin, so that no bin can be out of range.
 type Histogram = [[u32; 16]; 3];
 
-/// Parts that one point's pairs are counted in by turns: neighbours are often alike, and a number that was just written is slow
-/// to read again.
+/// Number of histograms in which one point's pairs are counted by turns: neighbours are often alike, and a number that
+/// was just written is slow to read again.
 const SHARES: usize = 2;
 
 #[inline(always)]
@@ -115,10 +117,11 @@ fn squared(radius: f64) -> f32 {
     radius as f32 * radius as f32
 }
 
-/// So many parts of a cloud that one thread may end at about the time of the others, and so few that their counts take little memory.
+/// Number of parts per thread: enough that threads end at about the same time, few enough that their counts take little
+/// memory.
 const PARTS_A_THREAD: usize = 4;
 
-/// The histograms of many points, where their neighbours lie together in memory.
+/// The histograms of many points, stored so that those of neighbours are close in memory.
 pub(crate) struct PairHistograms {
     points: OrderedPoints,
     /// By place in the order of the points.
@@ -126,14 +129,14 @@ pub(crate) struct PairHistograms {
     /// The place of each point.
     places: Vec<u32>,
     radius: f64,
-    /// Places and weights of what is near a keypoint.
+    /// Places and weights of the points near a keypoint.
     spare: Spare<Vec<(u32, f64)>>,
 }
 
 impl PairHistograms {
-    /// Of all points for which `needed` holds, zero for the others.
+    /// Computes the histograms of all points for which `needed` holds; zero for the others.
     ///
-    /// The counts are whole numbers, whose sums do not depend on who adds them.
+    /// The counts are integers, so their sums do not depend on the order of addition.
     pub(crate) fn new(surface: &Surface, needed: &[bool], radius: f64) -> Self {
         let n = surface.len();
         let ordered = Ordered::new(surface, radius);
@@ -153,12 +156,13 @@ impl PairHistograms {
         PairHistograms { points: ordered.points, histograms, places, radius, spare: Spare::default() }
     }
 
-    /// Of a point.
+    /// Returns the histogram of a point.
     pub(crate) fn of(&self, i: u32) -> &[f32; DIM] {
         &self.histograms[self.places[i as usize] as usize]
     }
 
-    /// The sum of all within the radius of a place; nearer ones weigh more, the place itself does not count.
+    /// Returns the sum of all histograms within the radius of a position, weighted by 1/d²; a point at the position
+    /// itself does not count.
     pub(crate) fn weighted(&self, centre: &Point) -> [f64; DIM] {
         self.spare.with(|near| {
             near.clear();
@@ -172,7 +176,8 @@ impl PairHistograms {
     }
 }
 
-/// Compiled once for each instruction set and chosen at run time; the bits are the same on all of them.
+/// Returns the weighted sum of histograms. Compiled for several instruction sets and chosen at run time; the bits are
+/// the same on all of them.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 fn weighted_sum(histograms: &[[f32; DIM]], weights: &[(u32, f64)]) -> [f64; DIM] {
     let mut sum = [0.0; DIM];
@@ -185,14 +190,15 @@ fn weighted_sum(histograms: &[[f32; DIM]], weights: &[(u32, f64)]) -> [f64; DIM]
     sum
 }
 
-/// Counts of points that follow each other, from the pairs of some.
+/// Counts of consecutive points, from the pairs of some of them.
 struct Counts {
     first: usize,
     counts: Vec<Histogram>,
 }
 
 impl Counts {
-    /// Of two points that are needed the first in the order counts for both; so none before `some` is counted for.
+    /// Counts the pairs of `some`. Of two needed points the first in the order counts for both, so nothing is counted
+    /// for points before `some`.
     fn of(ordered: &Ordered, needed: &[bool], radius: f64, some: Range<usize>) -> Self {
         let (first, mut end) = (some.start, some.end);
         let mut counts = vec![Histogram::default(); needed.len() - first];
@@ -207,7 +213,7 @@ impl Counts {
             }
             counts[i - first] = own.iter().fold(counts[i - first], plus);
         }
-        // Memory that was not written to was never taken.
+        // Memory that was not written to was never taken from the system.
         counts.truncate(end - first);
         Counts { first, counts }
     }
@@ -217,13 +223,13 @@ impl Counts {
 mod tests {
     use super::*;
 
-    /// The simplified histogram (SPFH) of one point: percentages of its pairs with all neighbours, each block summing to
-    /// 100. All zero where there is no pair.
+    /// Returns the simplified histogram (SPFH) of one point: percentages of its pairs with all neighbours, each block
+    /// summing to 100; all zero if there is no pair.
     fn pair_histogram(surface: &Surface, i: u32, radius: f64) -> [f32; DIM] {
         let mut counts = Histogram::default();
         let (point, normal) = (surface.points()[i as usize], surface.normals()[i as usize]);
         if normal != [0.0; 3] {
-            // The tree may see a point on the very rim otherwise than the bins do: theirs is the last word.
+            // On the very rim the tree may disagree with the bins, which have the last word.
             surface.index().within(&point, radius * RIM, |n| {
                 let (other, its_normal) = (surface.points()[n.index as usize], surface.normals()[n.index as usize]);
                 let offset = std::array::from_fn(|axis| other[axis] - point[axis]);
@@ -236,7 +242,7 @@ mod tests {
         percentages(&counts)
     }
 
-    /// What a radius is taken times where rounding must lose no point.
+    /// Factor by which a radius is enlarged where rounding must lose no point.
     const RIM: f64 = 1.0 + 1e-5;
 
     #[test]

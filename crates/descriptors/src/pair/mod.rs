@@ -1,8 +1,8 @@
-//! How two points with normals lie to each other (Rusu 2009; role of the points and binning as in PCL).
+//! How two points with normals lie relative to each other (Rusu 2009; role of the points and binning as in PCL).
 //!
-//! With unit normals a and b of the leading and the other point and the offset δ between them, all that the three features
-//! need are four products: a·δ, b·δ, a·b and δ·(a × b). They keep their values (the first two up to a sign) when the points
-//! change roles, so a pair is looked at once for both.
+//! With unit normals a and b of the leading and the other point and the offset δ between them, the three features need
+//! only four products: a·δ, b·δ, a·b and δ·(a × b). These keep their values (the first two up to a sign) when the
+//! points swap roles, so a pair is evaluated once for both.
 
 mod histograms;
 
@@ -10,33 +10,34 @@ pub(crate) use histograms::PairHistograms;
 
 use congruent_geometry::Point;
 
-/// Bins of each feature.
+/// Number of bins of each feature.
 pub(crate) const BINS: usize = 11;
-/// Three features, one block of bins each.
+/// Length of a histogram: three features, one block of bins each.
 pub(crate) const DIM: usize = 3 * BINS;
 
-/// Bins of a pair that has none.
+/// Value for a pair that has no bins.
 const NO_BINS: u32 = u32::MAX;
-/// A line closer to the leading normal than this (squared sine) makes no frame.
+/// A connecting line at most this close to the leading normal (squared sine) does not define a frame.
 const MIN_SINE_SQ: f32 = 1e-7;
 
-/// Cosines of the borders of the bins of f1, odd multiples of π/11: the middle bin lies around zero.
+/// Cosines of the borders of the bins of f1, odd multiples of π/11: the middle bin is centred on zero.
 const ANGLE_BORDERS: [f32; 5] = [0.959_493, 0.654_860_7, 0.142_314_84, -0.415_415, -0.841_253_5];
 
-/// The three bins of a pair, eight bits each, the first block's lowest: of a point with normal `a` and another with normal
-/// `b` at `offset` from it. None where they coincide, are more than a radius apart, or their line is along the leading
-/// normal; or where `b` is no normal.
+/// Returns the three bins of a pair, eight bits each, the first block's lowest: of a point with normal `a` and another
+/// with normal `b` at `offset` from it. There are none if the points coincide, are more than a radius apart, or their
+/// line is along the leading normal; or if `b` is zero.
 #[inline(always)]
 fn bins(a: Point, b: Point, offset: Point, radius_sq: f32) -> u32 {
     let distance_sq = dot(offset, offset);
     let (along_a, along_b) = (dot(a, offset), dot(b, offset));
-    // The point whose normal is nearer to the line leads; of equals the one whose normal points along it.
+    // The point whose normal is closer to the line leads; if both are equally close, the one whose normal points along
+    // it.
     let a_leads = along_a.abs() > along_b.abs() || (along_a.abs() == along_b.abs() && along_a > 0.0);
     let (leading, other) = if a_leads { (along_a, along_b) } else { (-along_b, -along_a) };
     let across_sq = distance_sq - leading * leading;
     let is_pair = distance_sq <= radius_sq && across_sq > MIN_SINE_SQ * distance_sq && b != [0.0; 3];
     let per_across = 1.0 / across_sq.sqrt();
-    // f1 as a vector, along and aside of zero: its bin is found by comparing cosines.
+    // f1 as a vector, along and perpendicular to the zero direction: its bin is found by comparing cosines.
     let along = dot(a, b);
     let aside = (other - leading * along) * per_across;
     let length = (along * along + aside * aside).sqrt();
@@ -93,7 +94,7 @@ mod tests {
         }
     }
 
-    /// The features by their definition: Rusu's frame at the leading point, in f64.
+    /// The features by definition: Rusu's frame at the leading point, in `f64`.
     fn by_definition(a: Point, b: Point, offset: Point) -> [f64; 3] {
         let [mut a, mut b, mut line] = [a, b, offset].map(congruent_geometry::wide);
         if a.dot(&line).abs() < b.dot(&line).abs() {
