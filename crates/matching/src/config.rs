@@ -1,4 +1,4 @@
-//! What a user may say about matching.
+//! User settings for matching.
 
 use crate::{Matcher, Mutual, Nearest, RatioRanked, TopK};
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub enum MatcherConfig {
     /// Nearest descriptor, closest first.
     Nearest(NearestConfig),
-    /// Nearest descriptor, ranked by Lowe's ratio, the best share kept.
+    /// Nearest descriptor, ranked by Lowe's ratio, the best fraction kept.
     Ratio(RatioConfig),
     /// Mutual nearest descriptors, ranked by Lowe's ratio.
     Mutual(MutualConfig),
@@ -26,7 +26,7 @@ pub struct NearestConfig {}
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct RatioConfig {
-    /// Share kept, above 0 and at most 1 (the paper: 0.3).
+    /// Fraction kept, above 0 and at most 1 (the paper: 0.3).
     #[serde(deserialize_with = "congruent_geometry::numbers::share")]
     pub keep: f64,
 }
@@ -35,7 +35,7 @@ pub struct RatioConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct MutualConfig {
-    /// At most this many matches.
+    /// Maximum number of matches.
     #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub limit: usize,
 }
@@ -44,7 +44,7 @@ pub struct MutualConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct TopKConfig {
-    /// Candidates for each keypoint.
+    /// Number of candidates for each keypoint.
     #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub k: usize,
 }
@@ -74,7 +74,7 @@ impl Default for MatcherConfig {
 }
 
 impl MatcherConfig {
-    /// The matcher that these settings describe.
+    /// Builds the matcher that these settings describe.
     #[must_use]
     pub fn build(&self) -> Box<dyn Matcher> {
         match self {

@@ -1,6 +1,6 @@
-//! A point of the source that may be the same place as a point of the target.
+//! Correspondences between points of the source and of the target.
 
-/// A pair of surface points that a matcher thinks to be the same place. A set of them is ranked, best first.
+/// A pair of surface points that a matcher takes for the same place. A set of them is ranked, best first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correspondence {
     /// Point of the source surface.
@@ -9,6 +9,7 @@ pub struct Correspondence {
     pub target: u32,
     /// Distance of the two descriptors (L2).
     pub distance: f32,
-    /// What the set is ranked by, larger is better: `1 − d1/d2` (Lowe's ratio) where a second neighbour exists, else 0.
+    /// Score by which the set is ranked, larger is better: `1 − d1/d2` (Lowe's ratio) if there is a second neighbour,
+    /// else 0.
     pub score: f32,
 }

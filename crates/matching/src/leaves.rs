@@ -1,7 +1,8 @@
-//! Nearest rows of few dimensions, by boxes around rows that are alike.
+//! Nearest rows of few dimensions, found by boxes around similar rows.
 //!
-//! The bins of a histogram are not independent: rows of 33 numbers fill a space of a few dimensions, and boxes around them leave
-//! most of the table out. Queries are sorted into such leaves, too, so that those of a leaf have the same boxes to look at.
+//! The bins of a histogram are not independent: rows of 33 numbers fill a space of a few dimensions, and boxes around
+//! them exclude most of the table. Queries are sorted into such leaves, too, so that those of a leaf have to examine
+//! the same boxes.
 
 use crate::Candidate;
 use crate::shortlist::{Shortlist, largest, squared_norms};
@@ -9,31 +10,31 @@ use congruent_descriptors::Features;
 use multiversion::multiversion;
 use rayon::prelude::*;
 
-/// Rows of a leaf, at most.
+/// Maximum number of rows in a leaf.
 const LEAF: usize = 32;
-/// Numbers in a register.
+/// Number of values in a register.
 const LANES: usize = 8;
-/// Leaves of queries that one thread takes at a time, at most.
+/// Maximum number of leaves of queries that one thread takes at a time.
 const LEAVES_AT_A_TIME: usize = 4;
-/// Rows from whose spread the dimension of a cut is chosen.
+/// Maximum number of rows from whose spread the dimension of a cut is chosen.
 const LOOKED_AT: usize = 256;
 
 /// A table whose rows have been sorted into leaves.
 pub(crate) struct Leaves<'a> {
     features: &'a Features,
-    /// Squared lengths of the rows.
+    /// Squared norms of the rows.
     norms: Vec<f32>,
     largest_norm: f32,
     leaves: Vec<Leaf>,
 }
 
-/// Rows that are alike.
+/// A group of similar rows.
 struct Leaf {
     rows: Vec<u32>,
-    /// The box that they are in; open in dimensions that only fill the last register.
+    /// The bounding box of the rows; unbounded in dimensions that only fill the last register.
     low: Vec<f32>,
     high: Vec<f32>,
-    /// A dimension at a time, [`LEAF`] numbers of each; infinite where there is no row.
+    /// One dimension at a time, [`LEAF`] numbers of each; infinite where there is no row.
     columns: Vec<f32>,
 }
 
@@ -46,7 +47,7 @@ impl<'a> Leaves<'a> {
         Leaves { features, largest_norm: largest(&norms), norms, leaves }
     }
 
-    /// For each row of the queries the `k` nearest rows of this table.
+    /// Returns, for each row of the queries, the `k` nearest rows of this table.
     pub(crate) fn nearest_k(&self, queries: &Leaves<'_>, k: usize) -> Vec<Vec<Candidate>> {
         let mut found = vec![Vec::new(); queries.features.len()];
         let workplace = || Workplace {
@@ -69,7 +70,7 @@ impl<'a> Leaves<'a> {
         block: &Leaf,
         Workplace { others, place, list }: &mut Workplace<'b>,
     ) -> Vec<Vec<Candidate>> {
-        // The leaf that is most alike first; how far the boxes are from each other says which need no look.
+        // The most similar leaf first; the distance between the boxes tells which leaves can be skipped.
         others.clear();
         others.extend(
             self.leaves.iter().map(|leaf| (middles_sq(block, leaf), gap_sq((&block.low, &block.high), leaf), leaf)),
@@ -81,7 +82,7 @@ impl<'a> Leaves<'a> {
             list.begin(queries.norms[row as usize]);
             let mut distances = [0.0; LEAF];
             for (_, between, leaf) in &*others {
-                // No sum of squares errs by more than the margin that is in the limit.
+                // The error of every sum of squares is within the margin that the limit includes.
                 let limit = list.limit();
                 if *between > limit || gap_sq((place, place), leaf) > limit {
                     continue;
@@ -96,11 +97,11 @@ impl<'a> Leaves<'a> {
     }
 }
 
-/// What a thread uses again from query to query.
+/// Buffers that a thread reuses from query to query.
 struct Workplace<'a> {
-    /// The table's leaves by how much they are like the block; how far the boxes are apart.
+    /// For each leaf of the table, its dissimilarity to the block and the distance between the boxes.
     others: Vec<(f32, f32, &'a Leaf)>,
-    /// The query, as long as registers are.
+    /// The query, padded to whole registers.
     place: Vec<f32>,
     list: Shortlist,
 }
@@ -122,21 +123,21 @@ impl Leaf {
     }
 }
 
-/// As long as registers are.
+/// Pads a row to whole registers.
 fn padded(row: &[f32], with: f32) -> Vec<f32> {
     let mut padded = row.to_vec();
     padded.resize(row.len().next_multiple_of(LANES), with);
     padded
 }
 
-/// Halves the rows where they spread most, until few enough are left.
+/// Halves the rows along the dimension in which they spread most, until few enough are left.
 fn cut(features: &Features, rows: &mut [u32], take: &mut impl FnMut(&[u32])) {
     if rows.len() <= LEAF {
         return take(rows);
     }
     let dim = widest(features, rows);
     let value = |row: &u32| features.row(*row as usize)[dim];
-    // Whole leaves on the left, so that few are half empty.
+    // Whole leaves on the left, so that few leaves are half empty.
     let half = (rows.len() / 2).next_multiple_of(LEAF).min(rows.len() - 1);
     rows.select_nth_unstable_by(half, |a, b| value(a).total_cmp(&value(b)).then(a.cmp(b)));
     let (left, right) = rows.split_at_mut(half);
@@ -144,7 +145,7 @@ fn cut(features: &Features, rows: &mut [u32], take: &mut impl FnMut(&[u32])) {
     cut(features, right, take);
 }
 
-/// The dimension in which some of the rows vary most.
+/// Returns the dimension in which a sample of the rows varies most.
 fn widest(features: &Features, rows: &[u32]) -> usize {
     let (mut sums, mut squares) = (vec![0.0f32; features.dim], vec![0.0f32; features.dim]);
     let some = rows.iter().step_by(rows.len().div_ceil(LOOKED_AT));
@@ -159,13 +160,13 @@ fn widest(features: &Features, rows: &[u32]) -> usize {
     (0..features.dim).max_by(|&a, &b| spread(a).total_cmp(&spread(b))).unwrap_or(0)
 }
 
-/// Squared distance between the middles of two boxes, times four.
+/// Returns the squared distance between the centres of two boxes, times four.
 fn middles_sq(a: &Leaf, b: &Leaf) -> f32 {
     let middles = a.low.iter().zip(&a.high).zip(b.low.iter().zip(&b.high));
     middles.map(|((al, ah), (bl, bh))| (al + ah - bl - bh).powi(2)).filter(|sq| sq.is_finite()).sum()
 }
 
-/// Squared distance between a box and that of a leaf; all as long as registers are.
+/// Returns the squared distance between a box and that of a leaf, both padded to whole registers.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
 fn gap_sq((low, high): (&[f32], &[f32]), leaf: &Leaf) -> f32 {
     let mut sums = [0.0f32; LANES];
@@ -180,7 +181,7 @@ fn gap_sq((low, high): (&[f32], &[f32]), leaf: &Leaf) -> f32 {
     sums.iter().sum()
 }
 
-/// Squared distances to the rows of a leaf, and whether any is at most `limit`.
+/// Computes the squared distances to the rows of a leaf, and returns whether any is at most `limit`.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
 fn distances_sq(query: &[f32], columns: &[f32], limit: f32, distances: &mut [f32; LEAF]) -> bool {
     let mut sums = [0.0f32; LEAF];

@@ -1,7 +1,8 @@
 //! From two tables of descriptors to ranked correspondences.
 //!
-//! Neighbours in descriptor space are exact: a fast product, or boxes around rows that are alike, find the candidates, and every
-//! distance that decides anything is evaluated again in `f64`, so that the result does not depend on the processor.
+//! Neighbours in descriptor space are exact: a fast matrix product, or boxes around similar rows, find the candidates,
+//! and every distance that decides anything is evaluated again in `f64`, so that the result does not depend on the
+//! processor.
 
 mod config;
 mod correspondence;

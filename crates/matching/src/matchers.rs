@@ -3,16 +3,16 @@
 use crate::{Candidate, Correspondence, nearest_k};
 use congruent_descriptors::Features;
 
-/// A second neighbour closer than this says that the two are the same row twice: no ratio can be formed.
+/// Distance of the second neighbour below which the two are the same row twice, so that no ratio can be formed.
 const MIN_SECOND_DISTANCE: f32 = 1e-6;
 
 /// Picks and ranks correspondences.
 pub trait Matcher: Send + Sync {
-    /// Ranked correspondences between surface points, best first; what ranks equal is ordered by row of the source.
+    /// Returns ranked correspondences between surface points, best first; ties are ordered by row of the source.
     fn matches(&self, source: &Features, target: &Features) -> Vec<Correspondence>;
 }
 
-/// Every source row with its nearest target row, closest descriptors first.
+/// Matches every source row with its nearest target row, closest descriptors first.
 #[derive(Clone, Copy, Debug)]
 pub struct Nearest;
 
@@ -28,10 +28,11 @@ impl Matcher for Nearest {
     }
 }
 
-/// Every source row with its nearest target row, ranked by Lowe's ratio; the best share is kept (the paper's choice).
+/// Matches every source row with its nearest target row, ranked by Lowe's ratio; the best fraction is kept (the paper's
+/// choice).
 #[derive(Clone, Copy, Debug)]
 pub struct RatioRanked {
-    /// Share of the matches that is kept, in (0, 1]; at least three where there are three.
+    /// Fraction of the matches that is kept, in (0, 1]; at least three if there are three.
     pub keep: f64,
 }
 
@@ -44,10 +45,10 @@ impl Matcher for RatioRanked {
     }
 }
 
-/// Pairs of rows that are each other's nearest, ranked by Lowe's ratio.
+/// Matches rows that are each other's nearest, ranked by Lowe's ratio.
 #[derive(Clone, Copy, Debug)]
 pub struct Mutual {
-    /// At most this many, the best ranked.
+    /// Maximum number of matches; the best ranked are kept.
     pub limit: usize,
 }
 
@@ -67,7 +68,8 @@ impl Matcher for Mutual {
     }
 }
 
-/// For each row of the source whether the row that it found nearest finds it nearest. Only rows that were found are asked.
+/// Returns, for each row of the source, whether its nearest row in turn finds it nearest. Only rows that were found are
+/// queried.
 fn chosen_back(source: &Features, target: &Features, forth: &[Vec<Candidate>]) -> Vec<bool> {
     let best = |found: &Vec<Candidate>| found.first().map(|candidate| candidate.row);
     let mut found: Vec<u32> = forth.iter().filter_map(best).collect();
@@ -84,11 +86,11 @@ fn chosen_back(source: &Features, target: &Features, forth: &[Vec<Candidate>]) -
         .collect()
 }
 
-/// Every source row with each of its `k` nearest target rows, ranked by Lowe's ratio of the row's best two, then by
-/// the candidate's own place.
+/// Matches every source row with each of its `k` nearest target rows, ranked by Lowe's ratio of the row's best two,
+/// then by the candidate's own distance.
 #[derive(Clone, Copy, Debug)]
 pub struct TopK {
-    /// Candidates a row.
+    /// Number of candidates per row.
     pub k: usize,
 }
 
@@ -114,8 +116,8 @@ fn ranked_by_ratio(source: &Features, target: &Features) -> Vec<Correspondence> 
     matches
 }
 
-/// Best score first; of equal scores (all are, where there is one target row and so no ratio) the closer descriptors, and of
-/// these the earlier row of the source, since the sort is stable.
+/// Sorts by score, best first; ties (all scores tie if there is one target row and thus no ratio) go to the closer
+/// descriptors, then, since the sort is stable, to the earlier row of the source.
 fn rank(matches: &mut [Correspondence]) {
     matches.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.distance.total_cmp(&b.distance)));
 }
@@ -146,7 +148,7 @@ mod tests {
     use super::*;
     use congruent_geometry::random::Stream;
 
-    /// Rows on a line, each at its number; keypoints are numbered from `first`.
+    /// Rows on a line, at the given values; keypoints are numbered from `first`.
     fn line(values: &[f32], first: u32) -> Features {
         Features { keypoints: (first..first + values.len() as u32).collect(), dim: 1, rows: values.to_vec() }
     }

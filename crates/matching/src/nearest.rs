@@ -4,9 +4,10 @@ use crate::leaves::Leaves;
 use crate::products;
 use congruent_descriptors::Features;
 
-/// Up to so many dimensions rows that are alike are found by boxes around them; with more, boxes leave nothing out.
+/// Maximum number of dimensions for which similar rows are found by boxes around them; with more, boxes exclude
+/// nothing.
 const MAX_BOXED: usize = 64;
-/// Products of larger values than this may overflow.
+/// Products of values larger than this may overflow.
 const MODERATE: f32 = 1e15;
 
 /// A row of the table and its distance to the query.
@@ -18,11 +19,11 @@ pub struct Candidate {
     pub distance: f32,
 }
 
-/// The `k` nearest rows of `table` for every row of `queries`, nearest first; equal distances are ordered by row.
-/// Fewer than `k` where the table is smaller.
+/// Returns the `k` nearest rows of `table` for every row of `queries`, nearest first; equal distances are ordered by
+/// row. Fewer than `k` if the table is smaller.
 ///
 /// # Panics
-/// When the two tables have rows of different length.
+/// If the rows of the two tables differ in length.
 #[must_use]
 pub fn nearest_k(queries: &Features, table: &Features, k: usize) -> Vec<Vec<Candidate>> {
     assert_eq!(queries.dim, table.dim, "descriptors of one kind");
@@ -84,7 +85,7 @@ mod tests {
 
     #[test]
     fn rows_that_lie_on_few_dimensions_are_found_among_leaves() {
-        // A curved sheet in 33 dimensions, with repeated rows; more leaves than one needs to look at.
+        // A curved sheet in 33 dimensions, with repeated rows; more leaves than need to be examined.
         let mut stream = Stream::new(5, 0);
         let row = |u: f64, v: f64| (0..33).map(move |i| ((u * f64::from(i)).sin() + (v * f64::from(i)).cos()) as f32);
         let mut table = Features { dim: 33, ..Features::default() };
@@ -115,7 +116,7 @@ mod tests {
 
     #[test]
     fn near_ties_are_settled_exactly_and_true_ties_by_row() {
-        // Rows so alike that the product in f32 cannot tell them apart.
+        // Rows so similar that the product in `f32` cannot tell them apart.
         let dim = 352;
         let mut table = random_features(1, dim, 3);
         let first = table.rows.clone();

@@ -6,21 +6,21 @@ use congruent_descriptors::Features;
 use multiversion::multiversion;
 use rayon::prelude::*;
 
-/// Queries that share one product.
+/// Number of queries that share one product.
 const QUERY_BLOCK: usize = 128;
-/// Rows of the table that share one product: the block of distances stays in the second-level cache.
+/// Number of rows of the table that share one product: the block of distances stays in the second-level cache.
 const TABLE_BLOCK: usize = 512;
-/// Distances that are looked at together: most of the time none is small enough.
+/// Number of distances examined together: most of the time none is small enough.
 const GLANCE: usize = 32;
 
-/// As [`nearest_k`](crate::nearest_k), of rows that are not empty.
+/// Finds nearest rows as [`nearest_k`](crate::nearest_k) does, in tables that are not empty.
 pub(crate) fn nearest_k(queries: &Features, table: &Features, k: usize) -> Vec<Vec<Candidate>> {
     let norms = squared_norms(table);
     let search = Search { table, largest: largest(&norms), norms, k };
     queries.rows.par_chunks(QUERY_BLOCK * queries.dim).flat_map_iter(|block| search.nearest(block)).collect()
 }
 
-/// Of the whole table.
+/// A search of the whole table.
 struct Search<'a> {
     table: &'a Features,
     norms: Vec<f32>,
@@ -29,7 +29,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// For each of some queries.
+    /// Returns the nearest rows for each of some queries.
     fn nearest(&self, block: &[f32]) -> Vec<Vec<Candidate>> {
         let dim = self.table.dim;
         let norms: Vec<f32> = block.chunks_exact(dim).map(|query| query.iter().map(|v| v * v).sum()).collect();
@@ -67,16 +67,17 @@ fn distance_sq(query_norm: f32, dot: f32, norm: f32) -> f32 {
     query_norm + norm - 2.0 * dot
 }
 
-/// Whether any of the distances is at most `limit`.
+/// Returns whether any of the distances is at most `limit`.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
 fn any_within(query_norm: f32, dots: &[f32], norms: &[f32], limit: f32) -> bool {
     dots.iter().zip(norms).fold(false, |any, (dot, norm)| any | (distance_sq(query_norm, *dot, *norm) <= limit))
 }
 
-/// `products[i][j] = queries[i] · rows[j]`, row-major with `width` columns.
+/// Computes `products[i][j] = queries[i] · rows[j]`, row-major with `width` columns.
 fn multiply(height: usize, width: usize, dim: usize, queries: &[f32], rows: &[f32], products: &mut [f32]) {
     assert!(queries.len() == height * dim && rows.len() == width * dim && products.len() >= height * width);
-    // SAFETY: the assertion above is what the sizes and strides below describe, and the output overlaps neither input.
+    // SAFETY: the assertion above checks the sizes that the arguments below describe, and the output overlaps neither
+    // input.
     unsafe {
         matrixmultiply::sgemm(
             height,

@@ -1,45 +1,46 @@
-//! What may be among the nearest, until it is settled.
+//! Candidates for the nearest rows, until they are settled exactly.
 
 use crate::Candidate;
 use congruent_descriptors::Features;
 
-/// Exact distances that are summed up side by side: one after the other each addition would wait for the last.
+/// Number of exact distances summed side by side: one after the other, each addition would wait for the last.
 const TOGETHER: usize = 8;
 
-/// Rows that may be among the `k` nearest, given that each squared distance is only known to within an error. Used for one query
-/// after the other.
+/// Rows that may be among the `k` nearest, given that each squared distance is known only to within an error. Reused
+/// for one query after the other.
 pub(crate) struct Shortlist {
     dim: usize,
-    /// Squared length of the longest row.
+    /// Squared norm of the longest row.
     largest_norm: f32,
-    /// Twice the largest error of an approximate squared distance: what is farther than this beyond the k-th best
-    /// cannot belong to the best.
+    /// Twice the largest error of an approximate squared distance: a row farther than this beyond the k-th best cannot
+    /// be among the best.
     margin: f32,
     k: usize,
     /// Approximate squared distances of the best so far, ascending.
     best: Vec<f32>,
     rows: Vec<(f32, u32)>,
-    /// Rows and distances when they are settled.
+    /// Distances and rows while they are settled.
     exact: Vec<(f64, u32)>,
 }
 
 impl Shortlist {
-    /// Among rows of which the longest has this squared length.
+    /// Creates a list for rows of which the longest has this squared norm.
     pub(crate) fn among(dim: usize, largest_norm: f32, k: usize) -> Self {
         let best = Vec::with_capacity(k + 1);
         Shortlist { dim, largest_norm, margin: 0.0, k, best, rows: Vec::new(), exact: Vec::new() }
     }
 
-    /// Begins anew, for a query of this squared length.
+    /// Starts anew, for a query with this squared norm.
     pub(crate) fn begin(&mut self, query_norm: f32) {
-        // A sum of n products in any order errs by at most n·u times the sum of their sizes, u = ε/2; the product and
-        // the two norms together stay below n·ε·(|a|² + |b|²). A sum of squared differences errs by less.
+        // A sum of n products, in any order, has an error of at most n·u times the sum of their magnitudes, u = ε/2;
+        // the errors of the product and the two norms together stay below n·ε·(|a|² + |b|²). A sum of squared
+        // differences has a smaller error.
         self.margin = 2.0 * (self.dim + 4) as f32 * f32::EPSILON * (query_norm + self.largest_norm);
         self.best.clear();
         self.rows.clear();
     }
 
-    /// What is farther by the approximate squared distance is not among the nearest.
+    /// Returns the approximate squared distance beyond which a row is not among the nearest.
     pub(crate) fn limit(&self) -> f32 {
         if self.best.len() < self.k { f32::INFINITY } else { self.best[self.k - 1] + self.margin }
     }
@@ -55,7 +56,7 @@ impl Shortlist {
         }
     }
 
-    /// The nearest, by distances in `f64`; of equal ones the first row.
+    /// Returns the nearest rows by distances in `f64`; ties go to the first row.
     pub(crate) fn settle(&mut self, query: &[f32], table: &Features) -> Vec<Candidate> {
         let limit = self.limit();
         self.rows.retain(|(approximate, _)| *approximate <= limit);
@@ -73,7 +74,8 @@ impl Shortlist {
     }
 }
 
-/// Of a query to some rows: their sums grow side by side, each in the order of [`squared_distance`].
+/// Computes the squared distances of a query to some rows; their sums grow side by side, each in the order of
+/// [`squared_distance`].
 fn squared_distances(query: &[f32], some: &[(f32, u32)], table: &Features) -> [f64; TOGETHER] {
     let row = |i: usize| &table.row(some[i.min(some.len() - 1)].1 as usize)[..query.len()];
     let rows: [&[f32]; TOGETHER] = std::array::from_fn(row);
