@@ -1,4 +1,4 @@
-//! The two clouds as dense metrics want them: points of the source to move, and neighbours among those of the target.
+//! The two clouds as dense metrics need them: points of the source to move, and neighbours among those of the target.
 
 use crate::motion::Motion;
 use congruent_geometry::{NearestTable, NeighborIndex, Point, RigidTransform, Surface, voxel_centroids};
@@ -7,17 +7,17 @@ use serde::{Deserialize, Serialize};
 /// The surfaces that are being registered.
 #[derive(Clone, Copy)]
 pub struct Clouds<'a> {
-    /// What is moved.
+    /// The surface that is moved.
     pub source: &'a Surface,
-    /// What it is moved onto.
+    /// The surface that it is moved onto.
     pub target: &'a Surface,
 }
 
-/// Which points a dense metric looks at.
+/// Which points a dense metric uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Density {
-    /// Voxel centroids of both clouds, the coarser the larger the source.
+    /// Voxel centroids of both clouds; the larger the source, the larger the voxels.
     #[default]
     Thinned,
     /// All points.
@@ -35,16 +35,17 @@ enum Points<'a> {
     Own(Vec<Point>),
 }
 
-/// Where the nearest point of the target is looked up.
+/// How the nearest point of the target is looked up.
 enum Nearest<'a> {
-    /// Where distances matter up to a reach only.
+    /// If distances matter only up to a reach.
     Table(NearestTable),
     Lent(&'a NeighborIndex),
     Own(NeighborIndex),
 }
 
 impl<'a> CloudPair<'a> {
-    /// `resolution` is that of the pair; the voxels are in units of it. Distances above `reach` (data units) do not matter.
+    /// Prepares the clouds. `resolution` is that of the pair; the voxels are in units of it. Distances above `reach`
+    /// (data units) do not matter.
     pub(crate) fn new(clouds: Clouds<'a>, density: Density, resolution: f64, reach: f64) -> Self {
         let Clouds { source, target } = clouds;
         match density {
@@ -64,13 +65,13 @@ impl<'a> CloudPair<'a> {
         }
     }
 
-    /// How many source points there are.
+    /// Returns the number of source points.
     pub(crate) fn len(&self) -> usize {
         self.points().len()
     }
 
-    /// Visits the squared distance from each moved source point to the nearest target point, in order; nothing for an empty
-    /// target. Points that are farther than the reach may be left out.
+    /// Visits the squared distance from each moved source point to the nearest target point, in order; nothing if the
+    /// target is empty. Points farther than the reach may be left out.
     pub(crate) fn each_distance_sq(&self, target_from_source: &RigidTransform, mut visit: impl FnMut(f32)) {
         let motion = Motion::new(target_from_source);
         let moved = self.points().iter().map(|p| motion.moved(p));
@@ -89,7 +90,8 @@ impl<'a> CloudPair<'a> {
     }
 }
 
-/// Side of a voxel in units of the resolution, for a source of `n` points; values from the authors' programs.
+/// Returns the side of a voxel in units of the resolution, for a source of `n` points; values from the authors'
+/// programs.
 fn leaf(n: usize) -> f64 {
     const LEAVES: [(usize, f64); 5] = [(5_000, 1.0), (12_000, 2.0), (18_000, 2.5), (25_000, 3.0), (32_000, 3.5)];
     LEAVES.iter().find(|(below, _)| n < *below).map_or(4.0, |(_, leaf)| *leaf)
@@ -100,7 +102,7 @@ pub(crate) mod tests {
     use super::*;
     use congruent_geometry::random::Stream;
 
-    /// A surface of these points, its normals along z.
+    /// A surface of these points with normals along z.
     pub(crate) fn surface(points: Vec<Point>) -> Surface {
         let index = NeighborIndex::new(&points);
         let normals = vec![[0.0, 0.0, 1.0]; points.len()];
@@ -114,7 +116,7 @@ pub(crate) mod tests {
         distances
     }
 
-    /// Points anywhere in a box of side 100.
+    /// Points scattered over a box of side 100.
     pub(crate) fn scatter(n: usize, seed: u64) -> Vec<Point> {
         let mut stream = Stream::new(seed, 0);
         (0..n).map(|_| std::array::from_fn(|_| stream.between(-50.0, 50.0) as f32)).collect()

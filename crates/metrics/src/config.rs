@@ -1,4 +1,4 @@
-//! What a user may say about the metric.
+//! User settings for the metric.
 
 use crate::{Clouds, Density, Kernel, Metric, NearestSum, PointDistance, Reading, Summed};
 use crate::{Exp, Huber, InlierCount, LogCosh, Mae, Magsac, Msac, Mse, Quantile, QuantileOutliers, TruncatedError};
@@ -13,7 +13,7 @@ pub enum MetricConfig {
     InlierCount(ThresholdConfig),
     /// `1 − u`.
     Mae(ThresholdConfig),
-    /// `(1 − u)²`: the default, clearly the best where wrong matches agree among themselves.
+    /// `(1 − u)²`: the default, clearly the best if wrong matches agree among themselves.
     Mse(ThresholdConfig),
     /// `ln cosh(t − e) / ln cosh t`.
     LogCosh(ThresholdConfig),
@@ -29,13 +29,13 @@ pub enum MetricConfig {
     Msac(ThresholdConfig),
     /// MAGSAC++: like EXP, but falling to zero at the threshold.
     Magsac(ThresholdConfig),
-    /// Truncated error, `−min(u, 1)`: ranks as MAE does.
+    /// Truncated error, `−min(u, 1)`: ranks poses as MAE does.
     SacIa(ThresholdConfig),
     /// Mean distance of the source points to the target (PC Dist).
     PointDistance(PointDistanceConfig),
     /// Number of source points with a target point nearby (#OP).
     OverlappedPoints(OverlapConfig),
-    /// The same, each counting `(1 − u)²`.
+    /// Like `OverlappedPoints`, each point counting `(1 − u)²`.
     SoftOverlap(OverlapConfig),
 }
 
@@ -43,7 +43,7 @@ pub enum MetricConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct ThresholdConfig {
-    /// Residuals below it are inliers (the paper's `t`).
+    /// Residuals below this are inliers (the paper's `t`).
     pub threshold: Length,
 }
 
@@ -51,9 +51,9 @@ pub struct ThresholdConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct QuantileConfig {
-    /// Residuals below it are inliers (the paper's `t`).
+    /// Residuals below this are inliers (the paper's `t`).
     pub threshold: Length,
-    /// Weight of inliers against outliers, between 0 and 1 (the paper: 0.9).
+    /// Weight of inliers relative to outliers, between 0 and 1 (the paper: 0.9).
     #[serde(deserialize_with = "congruent_geometry::numbers::probability")]
     pub m: f64,
 }
@@ -64,7 +64,7 @@ pub struct QuantileConfig {
 pub struct OverlapConfig {
     /// Source points closer than this to the target overlap.
     pub threshold: Length,
-    /// Which points are looked at.
+    /// Which points are used.
     pub clouds: Density,
 }
 
@@ -72,11 +72,11 @@ pub struct OverlapConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct PointDistanceConfig {
-    /// Source points closer than this to the target count; the literal reading does without.
+    /// Source points closer than this to the target count; the literal reading ignores it.
     pub threshold: Length,
-    /// The authors' program or the paper's text.
+    /// Whether to follow the authors' program or the paper's text.
     pub reading: Reading,
-    /// Which points are looked at.
+    /// Which points are used.
     pub clouds: Density,
 }
 
@@ -113,7 +113,7 @@ impl Default for MetricConfig {
 }
 
 impl MetricConfig {
-    /// Whether it measures the clouds and not the correspondences.
+    /// Returns whether the metric measures the clouds rather than the correspondences.
     #[must_use]
     pub fn needs_clouds(&self) -> bool {
         match self {
@@ -132,8 +132,8 @@ impl MetricConfig {
         }
     }
 
-    /// The metric that these settings describe, for `clouds` of this resolution. Metrics over correspondences do not
-    /// look at the clouds.
+    /// Builds the metric that these settings describe, for `clouds` of this resolution. Metrics over correspondences
+    /// ignore the clouds.
     #[must_use]
     pub fn build<'a>(&self, resolution: f64, clouds: Clouds<'a>) -> Box<dyn Metric + 'a> {
         let of = |c: &ThresholdConfig| c.threshold.resolve(resolution);

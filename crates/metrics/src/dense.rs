@@ -1,82 +1,83 @@
-//! How well two whole surfaces lie on each other under a pose: overlap, and what contradicts it.
+//! How well two whole surfaces fit each other under a pose: overlap, and what contradicts it.
 //!
-//! Correspondences propose; surfaces decide. Three things are measured, both ways. *Overlap*: points with a point of the
-//! other surface close by, the closer the more, if the normals agree. *Hover*: points that float in front of the other
-//! surface, where its scanner looked through and saw nothing. *Occlusion*: points that would have hidden what the other
-//! scanner saw; this one needs to know where the scanner stood.
+//! Correspondences propose poses; surfaces decide. Three things are measured, in both directions. *Overlap*: points
+//! with a point of the other surface close by, which count the more the closer it is, if the normals agree. *Hover*:
+//! points that float in front of the other surface, where its scanner looked through and saw nothing. *Occlusion*:
+//! points that would have hidden what the other scanner saw; this requires the position of the scanner.
 
 use crate::motion::{Motion, dot};
 use crate::{DepthImage, Score};
 use congruent_geometry::{NearestField, Point, RigidTransform, Surface};
 use std::f64::consts::FRAC_PI_2;
 
-/// A point hovers if it is off the surface by more than this share of its distance (a cosine).
+/// A point hovers only if the cosine of the angle between its offset from the surface and the normal there exceeds
+/// this.
 const HOVER_COSINE: f32 = 0.7;
 
-/// Points that are looked up together.
+/// Number of points looked up together.
 const BLOCK: usize = 64;
 
-/// Settings; lengths in data units.
+/// Settings of the measurement; lengths in data units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DenseRule {
     /// Points closer than this overlap.
     pub overlap_distance: f64,
-    /// If their normals agree at least so well (cosine).
+    /// Minimum cosine between the normals of points that overlap.
     pub min_normal_cosine: f64,
-    /// Hovering points are at least so far from the surface …
+    /// Minimum distance of hovering points from the surface …
     pub hover_from: f64,
-    /// … and at most so far.
+    /// … and their maximum distance.
     pub hover_to: f64,
-    /// Points this far in front of what a scanner saw would have hidden it.
+    /// Points at least this far in front of what a scanner saw would have hidden it.
     pub occlusion_depth: f64,
-    /// Decline of the score with the share of hovering points.
+    /// Rate at which the score declines with the fraction of hovering points.
     pub hover_weight: f64,
-    /// Decline of the score with the share of occluding points.
+    /// Rate at which the score declines with the fraction of occluding points.
     pub occlusion_weight: f64,
-    /// Points looked at, spread evenly over the surface's order.
+    /// Maximum number of points examined, spread evenly over the surface's order.
     pub max_points: usize,
 }
 
-/// A surface made ready to be asked.
+/// A surface prepared for queries.
 pub struct DenseSurface<'a> {
     /// The points and normals.
     pub surface: &'a Surface,
-    /// Closest points as far as overlap and refinement need them.
+    /// Closest points within the reach that overlap and refinement need.
     pub near: &'a NearestField,
-    /// Closest points as far as hovering goes, on a coarser grid.
+    /// Closest points within the reach of hovering, on a coarser grid.
     pub far: &'a NearestField,
-    /// What the scanner saw, where it is known from where.
+    /// What the scanner saw, if its position is known.
     pub depth: Option<DepthImage>,
 }
 
-/// What was measured, each averaged or added up over both directions.
+/// The measurements, each averaged or summed over both directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DenseAgreement {
     /// Mean gain `(1 − d/α)²` over all points, `d` the distance to the other surface's tangent plane.
     pub soft_overlap: f64,
-    /// Share of points that overlap.
+    /// Fraction of points that overlap.
     pub overlap: f64,
     /// Mean distance of overlapping points to the tangent plane, data units; infinite if none overlap.
     pub residual: f64,
-    /// Share of points that hover, both directions added.
+    /// Fraction of points that hover, summed over both directions.
     pub hover: f64,
-    /// Share of points that occlude, both directions added.
+    /// Fraction of points that occlude, summed over both directions.
     pub occlusion: f64,
-    /// Points close to the other surface whose normals disagree, averaged.
+    /// Fraction of points close to the other surface whose normals disagree, averaged over both directions.
     pub disagreeing: f64,
-    /// Mean angle between the normals of points that overlap, radians; a right angle where none does.
+    /// Mean angle between the normals of points that overlap, radians; a right angle if none do.
     pub normal_angle: f64,
 }
 
 impl DenseAgreement {
-    /// One number: overlap, discounted for every contradiction.
+    /// Combines the measurements into one number: overlap, discounted for every contradiction.
     #[must_use]
     pub fn score(&self, rule: &DenseRule) -> Score {
         Score::new(self.soft_overlap * (-rule.hover_weight * self.hover - rule.occlusion_weight * self.occlusion).exp())
     }
 }
 
-/// Measures a pose, both ways.
+/// Measures a pose, in both directions.
 #[must_use]
 pub fn agreement(
     source: &DenseSurface<'_>,
@@ -101,7 +102,7 @@ pub fn agreement(
     }
 }
 
-/// Sums over the points of one surface, moved before the other.
+/// Sums over the points of one surface, moved in front of the other.
 #[derive(Default)]
 struct Tally {
     points: f64,
@@ -127,7 +128,7 @@ impl Tally {
                 *point = pose.moved(&moving.points()[(start + k) * stride]);
             }
             fixed.near.nearest_each(&points[..n], &mut found);
-            // The points that are left are moved to the front.
+            // The points that remain to be checked are moved to the front.
             let mut n_off = 0;
             for at in 0..n {
                 let point = points[at];
@@ -144,7 +145,8 @@ impl Tally {
         if self.points > 0.0 { pick(self) / self.points } else { 0.0 }
     }
 
-    /// Whether a point is so near to the surface that it contradicts nothing; `found` is close to it, if anything is.
+    /// Tallies a point that touches the surface, and returns whether it is so near that it contradicts nothing; `found`
+    /// is close to it, if anything is.
     #[inline]
     fn is_near(
         &mut self,
@@ -165,7 +167,7 @@ impl Tally {
         distance_sq < 4.0 * reach_sq
     }
 
-    /// Points that are off the surface: do they float before it, or hide it?
+    /// Counts points off the surface that float in front of it or hide it.
     fn contradict(&mut self, points: &[Point], found: &mut [Option<u32>], fixed: &DenseSurface<'_>, rule: &DenseRule) {
         fixed.far.nearest_each(points, found);
         let hovering = points.iter().zip(found).filter(|(point, found)| hovers(point, **found, fixed.surface, rule));
@@ -189,7 +191,8 @@ impl Tally {
     }
 }
 
-/// Only the front counts: behind a surface there may well be more of the object, which its scan could not see.
+/// Returns whether a point hovers. Only the front counts: behind a surface there may be more of the object, which its
+/// scan could not see.
 fn hovers(point: &Point, found: Option<u32>, fixed: &Surface, rule: &DenseRule) -> bool {
     let Some(found) = found.map(|found| found as usize) else { return false };
     let offset = minus(point, &fixed.points()[found]);
@@ -219,7 +222,7 @@ mod tests {
         max_points: 10_000,
     };
 
-    /// A flat sheet of 40 by 40 points two apart, seen from above (+z).
+    /// A flat sheet of 40 by 40 points, two apart, seen from above (+z).
     fn sheet() -> Surface {
         let points: Vec<Point> =
             (0..1600).map(|i| [2.0 * (i % 40) as f32 - 39.0, 2.0 * (i / 40) as f32 - 39.0, 0.0]).collect();
@@ -252,7 +255,7 @@ mod tests {
 
     #[test]
     fn what_floats_before_a_surface_contradicts_it_and_what_lies_behind_does_not() {
-        // Lifted, the source hovers before the target, while the target lies behind the source.
+        // When lifted, the source hovers in front of the target, while the target lies behind the source.
         let lifted = measured(RigidTransform::translation(0.0, 0.0, 12.0));
         assert!(lifted.hover > 0.9 && lifted.hover <= 1.0 && lifted.occlusion > 0.8, "{lifted:?}");
         assert!(lifted.soft_overlap == 0.0 && lifted.residual.is_infinite());

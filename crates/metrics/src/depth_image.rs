@@ -1,32 +1,32 @@
-//! What a scanner saw from its viewpoint, as a picture of depths.
+//! What a scanner saw from its viewpoint, as a depth image.
 
 use congruent_geometry::{Point, narrow, wide};
 use nalgebra::Vector3;
 
-/// Pixels along one side at most; a wider view gets coarser pixels.
+/// Maximum number of pixels along one side; a wider view gets coarser pixels.
 const MAX_SIDE: usize = 2000;
-/// Of the nine pixels around a point, so many must have been hit to say that the scanner looked there.
+/// Number of the nine pixels around a point that must have been hit for the scanner to have looked there.
 const MIN_SEEN: usize = 6;
-/// Points beside or behind the scanner, as a share of the median depth, are left out.
+/// Minimum depth as a fraction of the median depth; points beside or behind the scanner are left out.
 const MIN_DEPTH: f32 = 0.05;
 
-/// A perspective picture of how near the closest thing is that was seen around each pixel.
+/// A perspective image of the depth of the closest surface seen around each pixel.
 pub struct DepthImage {
     viewpoint: Point,
     /// Right, down, forward.
     axes: [Point; 3],
-    /// Tangent of the angle that one pixel spans.
+    /// Tangent of the angle spanned by one pixel.
     pixel: f32,
     corner: [f32; 2],
     size: [usize; 2],
-    /// Smallest depth among the nine pixels around each, and nothing (minus infinity) where the scanner hardly looked.
+    /// Smallest depth among the nine pixels around each; minus infinity where the scanner hardly looked.
     front: Vec<f32>,
     nearest: f32,
 }
 
 impl DepthImage {
-    /// The picture of `points` from `viewpoint`, both in the same frame; a pixel is `pixel` data units wide at the
-    /// median depth.
+    /// Creates the image of `points` from `viewpoint`, both in the same frame; a pixel is `pixel` data units wide at
+    /// the median depth.
     #[must_use]
     pub fn new(points: &[Point], viewpoint: &Point, pixel: f64) -> Self {
         let middle = points.iter().map(|p| wide(*p)).sum::<Vector3<f64>>() / points.len().max(1) as f64;
@@ -47,7 +47,7 @@ impl DepthImage {
         image
     }
 
-    /// Whether a point lies more than `by` in front of all that was seen around its place in the picture.
+    /// Returns whether a point lies more than `by` in front of everything that was seen around its pixel.
     #[must_use]
     pub fn hides(&self, point: &Point, by: f32) -> bool {
         self.project(point).is_some_and(|(pixel, depth)| depth < self.front[pixel] - by)
@@ -77,7 +77,7 @@ impl DepthImage {
         let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
         for seen in points.iter().map(|p| self.seen(p)).filter(|seen| seen[2] > self.nearest) {
             for axis in 0..2 {
-                // Beyond 72 degrees off the axis pixels would be stretched without bound.
+                // Beyond 72 degrees off the axis, pixels would be stretched without bound.
                 let tangent = (seen[axis] / seen[2]).clamp(-3.0, 3.0);
                 low[axis] = low[axis].min(tangent);
                 high[axis] = high[axis].max(tangent);
@@ -92,13 +92,13 @@ impl DepthImage {
         self.size = std::array::from_fn(|axis| ((high[axis] - low[axis]) / self.pixel) as usize + 3);
     }
 
-    /// Right, down and forward from the viewpoint.
+    /// Returns the right, down and forward coordinates relative to the viewpoint.
     fn seen(&self, point: &Point) -> Point {
         let offset: Point = std::array::from_fn(|axis| point[axis] - self.viewpoint[axis]);
         self.axes.each_ref().map(|a| a[0] * offset[0] + a[1] * offset[1] + a[2] * offset[2])
     }
 
-    /// The number of the pixel, and the depth.
+    /// Returns the number of the pixel, and the depth.
     #[inline]
     fn project(&self, point: &Point) -> Option<(usize, f32)> {
         let [right, down, depth] = self.seen(point);
@@ -111,7 +111,7 @@ impl DepthImage {
     }
 }
 
-/// Of each pixel of a picture that is `width` wide; nothing at its rim.
+/// Computes the front of each pixel of an image that is `width` wide; minus infinity at its rim.
 fn fronts(depth: &[f32], width: usize) -> Vec<f32> {
     let mut fronts = vec![f32::NEG_INFINITY; depth.len()];
     let inside = fronts.iter_mut().enumerate().take(depth.len().saturating_sub(width)).skip(width);
@@ -129,7 +129,7 @@ fn fronts(depth: &[f32], width: usize) -> Vec<f32> {
 mod tests {
     use super::*;
 
-    /// A wall of 60 by 60 points at depth 100 before a scanner at the origin that looks along +z.
+    /// A wall of 60 by 60 points at depth 100, seen by a scanner at the origin that looks along +z.
     fn wall() -> DepthImage {
         let points: Vec<Point> = (0..3600).map(|i| [(i % 60) as f32 - 29.5, (i / 60) as f32 - 29.5, 100.0]).collect();
         DepthImage::new(&points, &[0.0; 3], 2.0)

@@ -1,29 +1,29 @@
-//! What hypotheses are judged by: pairs of points that should fall together.
+//! The evidence by which hypotheses are judged: pairs of points that should coincide.
 
 use congruent_geometry::{Point, RigidTransform, wide};
 use nalgebra::{Matrix3, Vector3};
 
-/// Pairs that are looked at side by side.
+/// Number of pairs processed side by side.
 pub(crate) const LANES: usize = 16;
-/// Axes as far from orthonormal as this (norm of the difference to the identity) are no frame.
+/// Axes at least this far from orthonormal (norm of the difference to the identity) are not a frame.
 const MAX_SKEW: f64 = 1e-3;
 
-/// Corresponding points of source and target, ranked, best first, stored a coordinate at a time.
+/// Corresponding points of source and target, ranked, best first, stored one coordinate at a time.
 #[derive(Clone, Debug, Default)]
 pub struct Evidence {
     pub(crate) source: [Vec<f32>; 3],
     pub(crate) target: [Vec<f32>; 3],
-    /// Those after the last whole register, with nothing in the other lanes.
+    /// The pairs after the last whole register, with zeros in the other lanes.
     pub(crate) rest_of_source: [[f32; LANES]; 3],
     pub(crate) rest_of_target: [[f32; LANES]; 3],
-    /// Unit normals at the two points, or zero; empty where nobody gave any.
+    /// Unit normals at the two points, or zero; empty if none were given.
     normals: Vec<(Point, Point)>,
-    /// Reference frames at the two points; empty where nobody gave any.
+    /// Local reference frames at the two points; empty if none were given.
     frames: Vec<Option<(Matrix3<f64>, Matrix3<f64>)>>,
 }
 
 impl Evidence {
-    /// From pairs `(source, target)` of centred points.
+    /// Creates evidence from pairs `(source, target)` of centred points.
     pub fn new(pairs: impl IntoIterator<Item = (Point, Point)>) -> Self {
         let mut evidence = Evidence::default();
         for (p, q) in pairs {
@@ -40,7 +40,7 @@ impl Evidence {
     /// Adds the surface normals `(source, target)` at the points of each pair; zero where there is none.
     ///
     /// # Panics
-    /// When they are not as many as the pairs.
+    /// If there are not as many as pairs.
     #[must_use]
     pub fn with_normals(mut self, normals: Vec<(Point, Point)>) -> Self {
         assert_eq!(normals.len(), self.len(), "one pair of normals for each pair of points");
@@ -48,17 +48,17 @@ impl Evidence {
         self
     }
 
-    /// Unit normals at the points of pair `i`; `None` where either is unknown.
+    /// Returns the unit normals at the points of pair `i`; `None` if either is unknown.
     #[must_use]
     pub fn normals(&self, i: usize) -> Option<(Point, Point)> {
         self.normals.get(i).copied().filter(|(p, q)| *p != [0.0; 3] && *q != [0.0; 3])
     }
 
-    /// Adds the local reference frames `(source, target)` at the points of each pair: rotations with rows x, y, z, which
-    /// take offsets from the point into the frame. What is no rotation counts as missing.
+    /// Adds the local reference frames `(source, target)` at the points of each pair: rotations with rows x, y, z,
+    /// which map offsets from the point into the frame. What is not a rotation counts as missing.
     ///
     /// # Panics
-    /// When they are not as many as the pairs.
+    /// If there are not as many as pairs.
     #[must_use]
     pub fn with_frames(mut self, frames: Vec<Option<(Matrix3<f64>, Matrix3<f64>)>>) -> Self {
         assert_eq!(frames.len(), self.len(), "one pair of frames, or none, for each pair of points");
@@ -66,16 +66,16 @@ impl Evidence {
         self
     }
 
-    /// Reference frames at the points of pair `i`; `None` where either is unknown.
+    /// Returns the local reference frames at the points of pair `i`; `None` if either is unknown.
     #[must_use]
     pub fn frames(&self, i: usize) -> Option<(Matrix3<f64>, Matrix3<f64>)> {
         self.frames.get(i).copied().flatten()
     }
 
-    /// Some of the pairs, in the order given.
+    /// Returns some of the pairs, in the order given.
     ///
     /// # Panics
-    /// Where there is no such pair.
+    /// If there is no such pair.
     #[must_use]
     pub fn chosen(&self, pairs: &[usize]) -> Evidence {
         let at = |of: &[Vec<f32>; 3], i: usize| of.each_ref().map(|axis| axis[i]);
@@ -89,37 +89,37 @@ impl Evidence {
         chosen
     }
 
-    /// How many pairs there are.
+    /// Returns the number of pairs.
     #[must_use]
     pub fn len(&self) -> usize {
         self.source[0].len()
     }
 
-    /// Whether there are none.
+    /// Returns whether there are no pairs.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Source point of pair `i`.
+    /// Returns the source point of pair `i`.
     #[must_use]
     pub fn source(&self, i: usize) -> Vector3<f64> {
         wide(std::array::from_fn(|axis| self.source[axis][i]))
     }
 
-    /// Target point of pair `i`.
+    /// Returns the target point of pair `i`.
     #[must_use]
     pub fn target(&self, i: usize) -> Vector3<f64> {
         wide(std::array::from_fn(|axis| self.target[axis][i]))
     }
 
-    /// Distance between the moved source point and the target point of pair `i`.
+    /// Returns the distance between the moved source point and the target point of pair `i`.
     #[must_use]
     pub fn residual(&self, i: usize, target_from_source: &RigidTransform) -> f64 {
         (target_from_source * nalgebra::Point3::from(self.source(i)) - nalgebra::Point3::from(self.target(i))).norm()
     }
 
-    /// The pairs with a residual below `threshold`.
+    /// Returns the pairs with a residual below `threshold`.
     #[must_use]
     pub fn inliers(&self, target_from_source: &RigidTransform, threshold: f64) -> Vec<usize> {
         (0..self.len()).filter(|&i| self.residual(i, target_from_source) < threshold).collect()
@@ -130,7 +130,7 @@ fn is_rotation(axes: &Matrix3<f64>) -> bool {
     (axes * axes.transpose() - Matrix3::identity()).norm() < MAX_SKEW && axes.determinant() > 0.0
 }
 
-/// What follows the last whole register, before zeros.
+/// Returns what follows the last whole register, padded with zeros.
 fn rest(axis: &[f32]) -> [f32; LANES] {
     let (_, rest) = axis.as_chunks::<LANES>();
     let mut lanes = [0.0; LANES];

@@ -1,8 +1,9 @@
-//! Hypothesis metrics: how good is a pose, given the correspondences.
+//! Hypothesis metrics: how good a pose is, given the correspondences.
 //!
 //! A metric over correspondences is a sum of gains of residuals. The sum is one hot loop ([`Summed`]); a metric is the
-//! few lines of its [`Kernel`]. A dense metric looks at the two clouds instead. The formulas are those of Yang et al., *On Efficient and Robust Metrics for RANSAC
-//! Hypotheses and 3D Rigid Registration* (2020): not all inliers are equal, while all outliers should be.
+//! few lines of its [`Kernel`]. A dense metric examines the two clouds instead. The formulas are those of Yang et al.,
+//! *On Efficient and Robust Metrics for RANSAC Hypotheses and 3D Rigid Registration* (2020): not all inliers are equal,
+//! while all outliers should be.
 //!
 //! ```
 //! use congruent_geometry::RigidTransform;

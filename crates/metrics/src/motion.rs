@@ -1,4 +1,4 @@
-//! A pose as loops over many points want it.
+//! A pose in the form needed by loops over many points.
 
 use congruent_geometry::{Point, RigidTransform};
 

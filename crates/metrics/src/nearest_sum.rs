@@ -1,13 +1,14 @@
-//! Dense metrics that add up a kernel's gain over all source points and their nearest target points.
+//! Dense metrics that sum a kernel's gain over all source points and their nearest target points.
 //!
-//! With the inlier count it is the number of overlapped points (#OP; Quan et al., GC1SAC, 2018), with `(1 − u)²` its soft
-//! form. Each hypothesis costs a neighbour search a point: a thousand times what correspondences cost, and more.
+//! With the inlier count this is the number of overlapped points (#OP; Quan et al., GC1SAC, 2018), with `(1 − u)²` its
+//! soft form. Each hypothesis costs one neighbour search per point: a thousand times the cost of correspondences, and
+//! more.
 
 use crate::clouds::CloudPair;
 use crate::{Clouds, Density, Evidence, Kernel, Metric, Score};
 use congruent_geometry::RigidTransform;
 
-/// The sum of gains over the distances from the source points to the target. It looks at the clouds only, so
+/// The sum of gains over the distances from the source points to the target. It depends only on the clouds, so
 /// correspondences have no weight in it and there is nothing to fit.
 pub struct NearestSum<'a, K> {
     kernel: K,
@@ -15,7 +16,8 @@ pub struct NearestSum<'a, K> {
 }
 
 impl<'a, K: Kernel> NearestSum<'a, K> {
-    /// `resolution` is that of the pair, data units; beyond `reach` (data units) the kernel has to be zero.
+    /// Creates the metric. `resolution` is that of the pair, data units; beyond `reach` (data units) the kernel must be
+    /// zero.
     #[must_use]
     pub fn new(kernel: K, clouds: Clouds<'a>, density: Density, resolution: f64, reach: f64) -> Self {
         NearestSum { kernel, clouds: CloudPair::new(clouds, density, resolution, reach) }
@@ -51,7 +53,7 @@ mod tests {
         };
         assert_eq!((along(&count, 0.0), along(&soft, 0.0)), (500.0, 500.0));
         for metric in [&count as &dyn Metric, &soft] {
-            // Within the cloud a moved point soon has another neighbour: only the trend is monotone.
+            // Within the cloud, a moved point soon has another neighbour: only the trend is monotone.
             let scores = [0.0, 10.0, 40.0, 80.0, 104.0, 106.0].map(|x| along(metric, x));
             assert!(scores.windows(2).all(|w| w[1] < w[0] || w[1] == 0.0), "{scores:?}");
             assert_eq!(scores[5], 0.0);

@@ -1,34 +1,34 @@
-//! Mean distance of the source's points to the target (PC Dist; Yang et al., OSAC, 2016).
+//! Mean distance of the source points to the target (PC Dist; Yang et al., OSAC, 2016).
 
 use crate::clouds::CloudPair;
 use crate::{Clouds, Density, Evidence, Metric, Score};
 use congruent_geometry::RigidTransform;
 use serde::{Deserialize, Serialize};
 
-/// A pose with at most this share of points near the target is none; value from the authors' program.
+/// A pose with at most this fraction of points near the target is rejected; value from the authors' program.
 const MIN_NEAR_SHARE: f64 = 0.3;
 
-/// Two readings of the same name.
+/// Two readings of the metric.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reading {
-    /// As the authors run it: only points near the target count, and there must be enough of them.
+    /// As in the authors' program: only points near the target count, and there must be enough of them.
     #[default]
     Original,
-    /// As the paper's text has it: all points count, however far.
+    /// As in the paper's text: all points count, however far.
     Literal,
 }
 
-/// The mean distance, negative, because a score is the better the larger. It looks at the clouds only, so
-/// correspondences have no weight in it and there is nothing to fit.
+/// The mean distance, negated, because larger scores are better. It depends only on the clouds, so correspondences have
+/// no weight in it and there is nothing to fit.
 pub struct PointDistance<'a> {
     clouds: CloudPair<'a>,
-    /// Farther points are not near; infinite for the literal reading.
+    /// Points at this squared distance or beyond are not near; infinite for the literal reading.
     max_distance_sq: f32,
 }
 
 impl<'a> PointDistance<'a> {
-    /// `threshold` and `resolution` (that of the pair) in data units.
+    /// Creates the metric; `threshold` and `resolution` (that of the pair) in data units.
     #[must_use]
     pub fn new(threshold: f64, reading: Reading, clouds: Clouds<'a>, density: Density, resolution: f64) -> Self {
         let reach = match reading {

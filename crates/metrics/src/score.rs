@@ -1,23 +1,23 @@
-//! What a metric says about a hypothesis.
+//! The score that a metric gives to a hypothesis.
 
 use std::cmp::Ordering;
 
-/// Larger is better, always; never NaN, so that scores have a total order.
+/// A score: larger is always better; never NaN, so that scores have a total order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Score(f64);
 
 impl Score {
-    /// Below every other score: what a metric says of a pose that is none.
+    /// Below every other score: the score of a pose that is rejected.
     pub const WORST: Score = Score(f64::NEG_INFINITY);
 
-    /// A score; a value that is not a number becomes the worst.
+    /// Creates a score; NaN becomes the worst.
     #[must_use]
     pub fn new(value: f64) -> Score {
-        // Of the two zeros only the positive one: those that compare as equal are equal.
+        // Negative zero becomes positive, so that scores that compare as equal are equal.
         if value.is_nan() { Score::WORST } else { Score(value + 0.0) }
     }
 
-    /// The number.
+    /// Returns the number.
     #[must_use]
     pub fn value(self) -> f64 {
         self.0

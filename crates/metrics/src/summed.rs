@@ -1,4 +1,4 @@
-//! The one hot loop: residuals of all pairs under a pose, their gains added up.
+//! The one hot loop: the gains of the residuals of all pairs under a pose, summed.
 
 use crate::evidence::LANES;
 use crate::motion::Motion;
@@ -9,21 +9,21 @@ use multiversion::multiversion;
 
 /// Scores a hypothesis.
 pub trait Metric: Send + Sync {
-    /// How well `target_from_source` explains the evidence. The sum over no correspondences is zero; metrics of the clouds
-    /// themselves look at none.
+    /// Returns how well `target_from_source` explains the evidence. The sum over no correspondences is zero; metrics of
+    /// the clouds themselves ignore the evidence.
     fn score(&self, evidence: &Evidence, target_from_source: &RigidTransform) -> Score;
 
-    /// Weight of a pair with this residual (data units) in the least-squares fit that raises the score.
+    /// Returns the weight of a pair with this residual (data units) in the least-squares fit that raises the score.
     fn weight(&self, residual: f64) -> f64;
 
-    /// The same for many pairs, from their squared residuals, into `weights`.
+    /// Computes the weights of many pairs, from their squared residuals, into `weights`.
     fn weights(&self, residuals_sq: &[f32], weights: &mut Vec<f64>) {
         weights.clear();
         weights.extend(residuals_sq.iter().map(|residual_sq| self.weight(f64::from(*residual_sq).sqrt())));
     }
 }
 
-/// The metric that adds up a kernel's gain over all pairs.
+/// The metric that sums a kernel's gain over all pairs.
 #[derive(Clone, Debug)]
 pub struct Summed<K>(pub K);
 
@@ -38,7 +38,8 @@ impl<K: Kernel> Metric for Summed<K> {
 }
 
 impl Motion {
-    /// Squared residuals of [`LANES`] pairs, a row of the pose after the other: so each of its numbers is fetched once for all.
+    /// Returns the squared residuals of [`LANES`] pairs, one row of the pose after the other, so that each of its
+    /// numbers is loaded once for all pairs.
     #[inline(always)]
     fn residuals_sq(&self, p: [&[f32; LANES]; 3], [qx, qy, qz]: [&[f32; LANES]; 3]) -> [f32; LANES] {
         let z = self.along(2, p, qz);
@@ -66,7 +67,7 @@ impl Motion {
         a * p[0] + (b * p[1] + (c * p[2] + (self.shift[row] - q)))
     }
 
-    /// The same of one pair.
+    /// Returns the squared residual of a single pair.
     #[inline(always)]
     fn residual_sq(&self, p: [f32; 3], q: [f32; 3]) -> f32 {
         let (x, y, z) = (self.along_one(0, p, q[0]), self.along_one(1, p, q[1]), self.along_one(2, p, q[2]));
@@ -74,16 +75,16 @@ impl Motion {
     }
 }
 
-/// The gains of all pairs, lane by lane, in a fixed order.
+/// Sums the gains of all pairs, lane by lane, in a fixed order.
 fn total<K: Kernel>(kernel: &K, pose: &Motion, evidence: &Evidence) -> f32 {
     let mut sums = [0.0f32; LANES];
     add_gains(kernel, pose, evidence, &mut sums);
     across(sums)
 }
 
-/// Compiled once for each instruction set and chosen at run time. No product is fused with a sum, and the lanes are
-/// added in a fixed order, so the bits are the same on all of them. The sums go to memory: where they were added up here,
-/// the compiler would cut the registers into pieces.
+/// Computes the sum of the gains in each lane. Compiled for several instruction sets and chosen at run time. No product
+/// is fused with a sum, and the lanes are added in a fixed order, so the bits are the same on all of them. The sums are
+/// returned through memory: if they were added up here, the compiler would split the registers.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 fn add_gains<K: Kernel>(kernel: &K, pose: &Motion, evidence: &Evidence, sums: &mut [f32; LANES]) {
     let [px, py, pz] = evidence.source.each_ref().map(|axis| axis.as_chunks::<LANES>());
@@ -110,7 +111,8 @@ fn add_gains<K: Kernel>(kernel: &K, pose: &Motion, evidence: &Evidence, sums: &m
 }
 
 impl Evidence {
-    /// The squared distance between the moved source point and the target point of every pair, into `residuals_sq`.
+    /// Computes the squared distance between the moved source point and the target point of every pair into
+    /// `residuals_sq`.
     pub fn residuals_sq(&self, target_from_source: &RigidTransform, residuals_sq: &mut Vec<f32>) {
         residuals_sq.clear();
         residuals_sq.resize(self.len(), 0.0);
@@ -118,7 +120,7 @@ impl Evidence {
     }
 }
 
-/// Compiled like [`total`], with the same bits.
+/// Computes the squared residuals; compiled like the loop in [`total`], with the same bits.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 fn fill(pose: &Motion, evidence: &Evidence, residuals_sq: &mut [f32]) {
     let n = residuals_sq.len();

@@ -2,14 +2,15 @@
 
 use super::{Kernel, MIN_SHARE};
 
-/// Huber penalty (Rusu 2009), as a gain: `−u²/2` for inliers, `−(u − 1/2)` beyond. Not truncated, so outliers rule it.
+/// Huber penalty (Rusu 2009), as a gain: `−u²/2` for inliers, `−(u − 1/2)` beyond. Not truncated, so outliers dominate
+/// it.
 #[derive(Clone, Copy, Debug)]
 pub struct Huber {
     per_threshold: f32,
 }
 
 impl Huber {
-    /// `threshold` (δ) in data units; the penalty is in units of δ².
+    /// Creates the kernel; `threshold` (δ) in data units; the penalty is in units of δ².
     #[must_use]
     pub fn new(threshold: f64) -> Self {
         Huber { per_threshold: (1.0 / threshold) as f32 }

@@ -1,15 +1,15 @@
-//! The classical score.
+//! The inlier count.
 
 use super::Kernel;
 
-/// Inliers count one, outliers nothing: the classical RANSAC score.
+/// Inliers count one, outliers zero: the classical RANSAC score.
 #[derive(Clone, Copy, Debug)]
 pub struct InlierCount {
     threshold_sq: f32,
 }
 
 impl InlierCount {
-    /// `threshold` in data units.
+    /// Creates the kernel; `threshold` in data units.
     #[must_use]
     pub fn new(threshold: f64) -> Self {
         InlierCount { threshold_sq: (threshold * threshold) as f32 }

@@ -1,22 +1,22 @@
-//! Log-cosh.
+//! The log-cosh kernel.
 
 use super::table::Table;
 use super::{Kernel, inlier_share};
 
 /// Log-cosh: `lc(t − e) / lc(t)` with `lc(x) = ln cosh x`, both lengths in units of the resolution.
 ///
-/// The only metric whose shape depends on that unit: a small `t` makes it MSE, a large one MAE.
+/// The only metric whose shape depends on that unit: a small `t` turns it into MSE, a large one into MAE.
 #[derive(Clone, Debug)]
 pub struct LogCosh {
     per_threshold: f32,
     /// In units of the resolution.
     threshold: f64,
-    /// Gains over `u`.
+    /// Gains as a function of `u`.
     gains: Table,
 }
 
 impl LogCosh {
-    /// `threshold` in data units, `resolution` what it is measured in.
+    /// Creates the kernel; `threshold` in data units, `resolution` the unit in which it is measured.
     #[must_use]
     pub fn new(threshold: f64, resolution: f64) -> Self {
         let t = threshold / resolution;
@@ -36,7 +36,7 @@ impl Kernel for LogCosh {
     }
 }
 
-/// `ln cosh x` without overflow, and without cancellation near zero.
+/// Returns `ln cosh x` without overflow, and without cancellation near zero.
 fn ln_cosh(x: f64) -> f64 {
     let x = x.abs();
     if x < 1e-2 {

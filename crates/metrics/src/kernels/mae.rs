@@ -9,7 +9,7 @@ pub struct Mae {
 }
 
 impl Mae {
-    /// `threshold` in data units.
+    /// Creates the kernel; `threshold` in data units.
     #[must_use]
     pub fn new(threshold: f64) -> Self {
         Mae { per_threshold: (1.0 / threshold) as f32 }

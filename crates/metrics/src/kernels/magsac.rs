@@ -1,4 +1,4 @@
-//! The inlier bound averaged over all noise levels.
+//! MAGSAC++: the inlier bound averaged over all noise levels.
 
 use super::Kernel;
 use super::table::Table;
@@ -8,17 +8,17 @@ const QUANTILE: f64 = 3.368_214_175_219;
 
 /// MAGSAC++ (Baráth et al. 2020) for residuals of 3 degrees of freedom, where its loss has a closed form.
 ///
-/// With `σ = t/k`, `x = e²/2σ²` and `K = k²/2` the loss is `ρ = σ² (1 − exp(−x) − x exp(−K))`; the gain is `1 − ρ/ρ(t)`.
-/// It is EXP without the drop at the threshold.
+/// With `σ = t/k`, `x = e²/2σ²` and `K = k²/2` the loss is `ρ = σ² (1 − exp(−x) − x exp(−K))`; the gain is
+/// `1 − ρ/ρ(t)`. It is EXP without the drop at the threshold.
 #[derive(Clone, Debug)]
 pub struct Magsac {
     per_threshold_sq: f32,
-    /// Gains over `u²`.
+    /// Gains as a function of `u²`.
     gains: Table,
 }
 
 impl Magsac {
-    /// `threshold` in data units: residuals of inliers stay below it 99 times in 100.
+    /// Creates the kernel; `threshold` in data units: residuals of inliers stay below it 99 times in 100.
     #[must_use]
     pub fn new(threshold: f64) -> Self {
         let gains = Table::new(|share_sq| 1.0 - loss(share_sq * LIMIT) / loss(LIMIT));
@@ -38,10 +38,10 @@ impl Kernel for Magsac {
     }
 }
 
-/// `x` at the threshold.
+/// The value of `x` at the threshold.
 const LIMIT: f64 = QUANTILE * QUANTILE / 2.0;
 
-/// `ρ/σ²` at `x`.
+/// Returns `ρ/σ²` at `x`.
 fn loss(x: f64) -> f64 {
     1.0 - (-x).exp() - x * (-LIMIT).exp()
 }

@@ -1,4 +1,4 @@
-//! Gains of a residual: the metrics over correspondences, one struct each.
+//! Gains as functions of a residual: the metrics over correspondences, one struct each.
 //!
 //! `e` is the residual, `t` the threshold, `u = e/t`; an inlier has `e < t`, strictly.
 
@@ -25,21 +25,21 @@ pub use mse::Mse;
 pub use quantile::{Quantile, QuantileOutliers};
 pub use truncated::TruncatedError;
 
-/// What one pair adds to a score.
+/// The gain of a pair: what it adds to a score.
 pub trait Kernel: Clone + Send + Sync {
-    /// The gain of a squared residual, data units squared. Finite for every finite residual.
+    /// Returns the gain of a squared residual, data units squared; finite for every finite residual.
     fn gain(&self, residual_sq: f32) -> f32;
 
-    /// Weight of a pair in the least-squares fit that raises the sum of gains: `−gain'(e) / e`, up to a constant factor
-    /// that all pairs share. Zero for outliers; finite, because residuals below a thousandth of the threshold count as
-    /// that.
+    /// Returns the weight of a pair in the least-squares fit that raises the sum of gains: `−gain'(e) / e`, up to a
+    /// constant factor that all pairs share. Zero for outliers; finite, because residuals below a thousandth of the
+    /// threshold are raised to that.
     fn weight(&self, residual: f64) -> f64;
 }
 
-/// Smallest residual that a weight tells apart from zero, as a share of the threshold.
+/// Smallest residual that a weight distinguishes from zero, as a fraction of the threshold.
 const MIN_SHARE: f64 = 1e-3;
 
-/// `e / t` of an inlier, kept away from zero; nothing for an outlier.
+/// Returns `e / t` of an inlier, bounded away from zero; `None` for an outlier.
 fn inlier_share(residual: f64, per_threshold: f32) -> Option<f64> {
     let share = residual * f64::from(per_threshold);
     (share < 1.0).then(|| share.max(MIN_SHARE))
@@ -53,7 +53,7 @@ mod tests {
         // Residuals in units of the resolution, t = 7.5 of them.
         for (e, expected) in [0.0f32, 1.0, 2.5, 3.75, 5.0, 7.0, 7.5, 15.0, 75.0].into_iter().zip(expected) {
             let gain = f64::from(kernel.gain(e * e));
-            // Gains from a table are a little off; the others differ by rounding.
+            // Gains from a table are slightly off; the others differ by rounding.
             assert!((gain - expected).abs() < 5e-6, "{name} at {e}: {gain}, expected {expected}");
         }
     }

@@ -9,7 +9,7 @@ pub struct Msac {
 }
 
 impl Msac {
-    /// `threshold` in data units.
+    /// Creates the kernel; `threshold` in data units.
     #[must_use]
     pub fn new(threshold: f64) -> Self {
         Msac { per_threshold_sq: (1.0 / (threshold * threshold)) as f32 }
@@ -22,7 +22,7 @@ impl Kernel for Msac {
         (1.0 - residual_sq * self.per_threshold_sq).max(0.0)
     }
 
-    // The slope of a square over its residual is the same everywhere.
+    // The slope of a square divided by its residual is the same everywhere.
     fn weight(&self, residual: f64) -> f64 {
         if residual * residual * f64::from(self.per_threshold_sq) < 1.0 { 1.0 } else { 0.0 }
     }

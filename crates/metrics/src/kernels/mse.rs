@@ -9,7 +9,7 @@ pub struct Mse {
 }
 
 impl Mse {
-    /// `threshold` in data units.
+    /// Creates the kernel; `threshold` in data units.
     #[must_use]
     pub fn new(threshold: f64) -> Self {
         Mse { mae: Mae::new(threshold) }

@@ -2,10 +2,11 @@
 
 use super::{Kernel, inlier_share};
 
-/// What QUANTILE makes of an outlier, `(1 − m)(1 − 1/u)`: added or taken off.
+/// How QUANTILE treats an outlier, `(1 − m)(1 − 1/u)`: added or subtracted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum QuantileOutliers {
-    /// QUANTILE: a far outlier adds up to `1 − m`, more than a loose inlier. Perverse by design; the paper has it.
+    /// QUANTILE: a far outlier adds up to `1 − m`, more than a loose inlier. Perverse by design; it is what the paper
+    /// defines.
     Add,
     /// −QUANTILE: a far outlier costs up to `1 − m`.
     Subtract,
@@ -20,7 +21,7 @@ pub struct Quantile {
 }
 
 impl Quantile {
-    /// `threshold` in data units, `m` between 0 and 1 (the paper: 0.9).
+    /// Creates the kernel; `threshold` in data units, `m` between 0 and 1 (the paper: 0.9).
     #[must_use]
     pub fn new(threshold: f64, m: f64, outliers: QuantileOutliers) -> Self {
         let sign = match outliers {
@@ -42,7 +43,7 @@ impl Kernel for Quantile {
         if u < 1.0 { self.inlier_share * (1.0 - u) } else { self.outlier_share * (1.0 - 1.0 / u) }
     }
 
-    // Outliers pull the wrong way in QUANTILE and hardly at all in its negative: only inliers are fitted.
+    // Outliers pull the wrong way in QUANTILE and hardly at all in its negative, so only inliers are fitted.
     fn weight(&self, residual: f64) -> f64 {
         inlier_share(residual, self.per_threshold).map_or(0.0, |u| 1.0 / u)
     }

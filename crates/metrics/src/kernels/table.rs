@@ -1,6 +1,6 @@
-//! A function on [0, 1] kept ready, for gains that are slow to compute.
+//! A tabulated function on [0, 1], for gains that are slow to compute.
 
-/// Linear interpolation between so many values errs by less than 1e-5 for the gains here.
+/// Number of intervals of linear interpolation; its error is below 1e-5 for the gains here.
 const STEPS: usize = 1024;
 
 /// Values at `i / STEPS`; zero from 1 on.
@@ -13,7 +13,7 @@ impl Table {
         Table(Box::new(std::array::from_fn(at)))
     }
 
-    /// The value at `x`, which is not negative.
+    /// Returns the value at `x`, which must not be negative.
     #[inline(always)]
     pub(super) fn at(&self, x: f32) -> f32 {
         let place = x.min(1.0) * STEPS as f32;

@@ -2,16 +2,16 @@
 
 use super::Kernel;
 
-/// Truncated error (Rusu et al. 2009, as it is mostly run): every pair costs `min(u, 1)`.
+/// Truncated error (Rusu et al. 2009, as it is mostly used): every pair costs `min(u, 1)`.
 ///
-/// On the same pairs it is MAE less their number, so it ranks poses as MAE does.
+/// On the same pairs it is MAE minus their number, so it ranks poses as MAE does.
 #[derive(Clone, Copy, Debug)]
 pub struct TruncatedError {
     mae: super::Mae,
 }
 
 impl TruncatedError {
-    /// `threshold` in data units.
+    /// Creates the kernel; `threshold` in data units.
     #[must_use]
     pub fn new(threshold: f64) -> Self {
         TruncatedError { mae: super::Mae::new(threshold) }
