@@ -1,9 +1,9 @@
-//! When to stop sampling: once a sample of inliers alone has very likely been drawn.
+//! When to stop sampling: once a sample consisting only of inliers has very likely been drawn.
 
 use congruent_geometry::RigidTransform;
 use congruent_metrics::{Evidence, InlierCount, Metric, Summed};
 
-/// Stops after `k ≥ ln(1 − η) / ln(1 − P)` samples, `P` the chance that one holds inliers of the best pose only.
+/// Stops after `k ≥ ln(1 − η) / ln(1 − P)` samples, `P` being the chance that one holds only inliers of the best pose.
 #[derive(Clone, Debug)]
 pub struct AdaptiveStop {
     confidence: f64,
@@ -12,24 +12,24 @@ pub struct AdaptiveStop {
 }
 
 impl AdaptiveStop {
-    /// `confidence` is η, below one; residuals below `threshold` (data units) are inliers.
+    /// Creates the rule. `confidence` is η, below one; residuals below `threshold` (data units) are inliers.
     #[must_use]
     pub fn new(confidence: f64, threshold: f64, sample_size: usize) -> Self {
         AdaptiveStop { confidence, sample_size, count: Summed(InlierCount::new(threshold)) }
     }
 
-    /// How many inliers a pose has.
+    /// Returns the number of inliers of a pose.
     pub(crate) fn inliers(&self, evidence: &Evidence, pose: &RigidTransform) -> usize {
         self.count.score(evidence, pose).value() as usize
     }
 
-    /// Whether `samples` are enough where the best pose has `inliers` of `n`.
+    /// Returns whether `samples` are enough if the best pose has `inliers` of `n`.
     pub(crate) fn enough(&self, samples: u64, inliers: usize, n: usize) -> bool {
         if inliers < self.sample_size {
             return false;
         }
         let clean: f64 = (0..self.sample_size).map(|j| (inliers - j) as f64 / (n - j) as f64).product();
-        // ln(1 − 1) is −∞, and any number of samples is enough.
+        // ln(1 − 1) is −∞, so any number of samples is enough.
         samples as f64 >= (-self.confidence).ln_1p() / (-clean).ln_1p()
     }
 }

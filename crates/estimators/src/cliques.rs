@@ -1,8 +1,9 @@
 //! Poses from maximal cliques of the compatibility graph.
 //!
-//! In a clique all correspondences are compatible with all others. Each node proposes the heaviest of the maximal cliques
-//! that it is in, weighed by the neighbours that its edges share (after MAC, Zhang et al. 2023). There may be
-//! exponentially many, so the search follows only so many branches from each node, the best connected first.
+//! In a clique all correspondences are compatible with all others. Each node proposes the heaviest of the maximal
+//! cliques that contain it, weighted by the neighbours that its edges share (after MAC, Zhang et al. 2023). There may
+//! be exponentially many, so the search follows only a limited number of branches from each node, the best connected
+//! first.
 
 use crate::graph::{ones, shared};
 use crate::pruning::Peeling;
@@ -12,11 +13,11 @@ use congruent_metrics::Evidence;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// Fewer correspondences have no pose.
+/// Minimum size of a clique; fewer correspondences do not determine a pose.
 const MIN_SIZE: usize = 3;
-/// A clique is not grown any further: more correspondences would not make its pose another one.
+/// Size at which a clique is no longer grown: more correspondences would not make its pose a different one.
 const MAX_SIZE: usize = 32;
-/// Roots whose cliques are held at a time, which bounds the memory.
+/// Number of roots whose cliques are held at a time, which bounds the memory.
 const ROOTS: usize = 512;
 
 /// Proposes one pose for each of a fixed list of cliques, the heaviest first.
@@ -25,7 +26,7 @@ pub struct Cliques<'a> {
     cliques: Vec<Clique>,
 }
 
-/// Nodes, ascending, and the shared neighbours of all edges between them.
+/// Nodes, ascending, and the number of shared neighbours summed over all edges between them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Clique {
     weight: u64,
@@ -33,7 +34,8 @@ struct Clique {
 }
 
 impl<'a> Cliques<'a> {
-    /// Searches the graph, which is one of `evidence`; from each node `branches` branches are followed to their end.
+    /// Searches the graph, which must be that of `evidence`; from each node, `branches` branches are followed to their
+    /// end.
     #[must_use]
     pub fn new(evidence: Cow<'a, Evidence>, graph: &Graph, branches: usize) -> Self {
         Cliques { evidence, cliques: heaviest(graph, branches) }
@@ -52,7 +54,7 @@ impl HypothesisGenerator for Cliques<'_> {
     }
 }
 
-/// For each node the heaviest clique found, of equals that of the earlier root; each clique once.
+/// Returns the heaviest clique found for each node, ties going to the earlier root; each clique once.
 fn heaviest(graph: &Graph, branches: usize) -> Vec<Clique> {
     let order = Peeling::of(graph).order;
     let mut place = vec![0; order.len()];
@@ -77,12 +79,12 @@ fn heaviest(graph: &Graph, branches: usize) -> Vec<Clique> {
     cliques
 }
 
-/// Shared neighbours over all edges of a node.
+/// Returns the number of shared neighbours summed over all edges of a node.
 fn strength(graph: &Graph, i: usize) -> u64 {
     ones(graph.row(i)).map(|j| u64::from(graph.common(i, j))).sum()
 }
 
-/// Bron–Kerbosch with pivoting, from one root.
+/// Bron–Kerbosch search with pivoting, from one root.
 struct Search<'g> {
     graph: &'g Graph,
     strength: &'g [u64],
@@ -92,7 +94,7 @@ struct Search<'g> {
 }
 
 impl<'g> Search<'g> {
-    /// The cliques whose first node by `place` is the root.
+    /// Returns the cliques whose first node by `place` is the root.
     fn from(root: usize, graph: &'g Graph, place: &[usize], strength: &'g [u64], branches: usize) -> Vec<Clique> {
         let (mut later, mut earlier) = (graph.row(root).to_vec(), graph.row(root).to_vec());
         for neighbor in ones(graph.row(root)) {
@@ -104,7 +106,8 @@ impl<'g> Search<'g> {
         search.found
     }
 
-    /// Grows the clique by `candidates`, which are neighbours of all its nodes; with `done` they are all of those.
+    /// Grows the clique by `candidates`, neighbours of all its nodes; together with `done` these are all such
+    /// neighbours.
     fn extend(&mut self, weight: u64, mut candidates: Vec<u64>, mut done: Vec<u64>) {
         let grown = self.clique.len() == MAX_SIZE || is_empty(&candidates);
         if grown {
@@ -129,8 +132,8 @@ impl<'g> Search<'g> {
         }
     }
 
-    /// The candidates that are no neighbours of the pivot, the node with most neighbours among the candidates; the
-    /// strongest first.
+    /// Returns the candidates that are not neighbours of the pivot, which is the node with most neighbours among the
+    /// candidates; the strongest first.
     fn branching(&self, candidates: &[u64], done: &[u64]) -> Vec<usize> {
         let known = |i: usize| shared(candidates, self.graph.row(i));
         let pivot = ones(candidates).chain(ones(done)).max_by_key(|&i| (known(i), std::cmp::Reverse(i)));
@@ -175,7 +178,7 @@ mod tests {
         }
     }
 
-    /// All sets of nodes that know each other and that no other node knows.
+    /// All maximal cliques of three or more nodes, by exhaustive search.
     fn all_maximal(graph: &Graph) -> Vec<Vec<usize>> {
         let n = graph.len();
         let neighbors: Vec<u32> = (0..n).map(|i| graph.row(i)[0] as u32).collect();
@@ -207,7 +210,7 @@ mod tests {
 
     #[test]
     fn cliques_keep_to_their_size_and_the_search_to_its_branches() {
-        // All 300 are right: one clique, but for near ones.
+        // All 300 are right: one clique, except for close pairs.
         let (evidence, _) = scene(300, 300, 3);
         let cliques = heaviest(&Graph::new(&evidence, &RULE), 1);
         assert!(!cliques.is_empty() && cliques.len() <= 300);

@@ -1,16 +1,16 @@
-//! How many neighbours the ends of every edge share, counted once.
+//! The number of neighbours that the ends of every edge share, counted once.
 
 use crate::Graph;
 use crate::graph::ones;
 use rayon::prelude::*;
 
-/// Nodes whose edges one thread counts at a time, at most.
+/// Maximum number of nodes whose edges one thread counts at a time.
 const NODES_AT_A_TIME: usize = 32;
 
-/// A number for each edge of a graph, from both of its ends, in the order of the rows.
+/// A count for each edge of a graph, stored at both of its ends, in the order of the rows.
 pub(crate) struct Commons<'a> {
     graph: &'a Graph,
-    /// For each node.
+    /// Counts for each node.
     counts: Vec<Vec<u32>>,
 }
 
@@ -18,7 +18,7 @@ pub(crate) struct Commons<'a> {
 #[derive(Clone, Copy)]
 pub(crate) struct Row<'a> {
     pub(crate) bits: &'a [u64],
-    /// A number for each, ascending.
+    /// A count for each, ascending by neighbour.
     pub(crate) counts: &'a [u32],
 }
 
@@ -28,23 +28,23 @@ impl<'a> Commons<'a> {
         Commons { graph, counts: of_nodes(graph, |i| later.with_earlier(i)) }
     }
 
-    /// A node's neighbours as bits, and the numbers of their edges.
+    /// Returns a node's neighbours as bits, and the counts of their edges.
     pub(crate) fn row(&self, i: usize) -> Row<'_> {
         Row { bits: self.graph.row(i), counts: &self.counts[i] }
     }
 
-    /// The neighbours of a node, ascending, with the numbers of their edges.
+    /// Returns the neighbours of a node, ascending, with the counts of their edges.
     pub(crate) fn neighbors(&self, i: usize) -> impl Iterator<Item = (usize, u32)> + '_ {
         let Row { bits, counts } = self.row(i);
         ones(bits).zip(counts.iter().copied())
     }
 }
 
-/// The numbers of the edges to later nodes.
+/// The counts of the edges to later nodes.
 struct Later<'a> {
     graph: &'a Graph,
     counts: Vec<Vec<u32>>,
-    /// For each word of a node's bits how many neighbours come before it, and how many there are.
+    /// For each word of a node's bits the number of neighbours before it, and finally the number of all neighbours.
     before: Vec<Vec<u32>>,
 }
 
@@ -60,7 +60,7 @@ impl<'a> Later<'a> {
         Later { graph, counts, before }
     }
 
-    /// The number of the edge from `i` to a later `j`.
+    /// Returns the count of the edge from `i` to a later `j`.
     fn of(&self, i: usize, j: usize) -> u32 {
         let (before, counts) = (&self.before[i], &self.counts[i]);
         let in_word = (self.graph.row(i)[j / 64] & ((1 << (j % 64)) - 1)).count_ones();
@@ -68,7 +68,7 @@ impl<'a> Later<'a> {
         counts[counts.len() - (end - at)]
     }
 
-    /// The numbers of all edges of a node.
+    /// Returns the counts of all edges of a node.
     fn with_earlier(&self, j: usize) -> Vec<u32> {
         let row = self.graph.row(j);
         let mut counts = Vec::with_capacity(self.graph.degree(j));

@@ -1,4 +1,4 @@
-//! What a user may say about the estimator.
+//! User settings for the estimator.
 
 mod graph;
 
@@ -14,9 +14,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EstimatorConfig {
-    /// Three random correspondences a trial.
+    /// Three random correspondences per trial.
     Ransac(RansacConfig),
-    /// Two correspondences that keep their distance and the angle of their axes; needs frames.
+    /// Two correspondences that preserve their distance and the angle of their axes; needs frames.
     TwoPoint(TwoPointConfig),
     /// One correspondence and its frames; needs frames.
     OnePoint(OnePointConfig),
@@ -30,23 +30,23 @@ pub enum EstimatorConfig {
     Cliques(CliquesConfig),
 }
 
-/// Settings of `[estimator.ransac]`. All but the number of trials is off by default, as in the paper.
+/// Settings of `[estimator.ransac]`. Everything except the number of trials is off by default, as in the paper.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct RansacConfig {
-    /// Trials; the paper sweeps 200 to 2000.
+    /// Number of trials; the paper sweeps 200 to 2000.
     #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub iterations: u64,
-    /// Corresponding edges of a sample are at least this similar, shorter over longer (usually 0.9).
+    /// Minimum similarity of corresponding edges of a sample, shorter over longer (usually 0.9).
     #[serde(skip_serializing_if = "Option::is_none")]
     #[serde(deserialize_with = "congruent_geometry::numbers::optional_probability")]
     pub edge_similarity: Option<f64>,
-    /// The points of a sample are farther apart than this in the source.
+    /// Distance that the points of a sample must exceed in the source.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_spread: Option<Length>,
-    /// Which samples come first.
+    /// The order in which samples are drawn.
     pub order: Order,
-    /// Stop as soon as a sample of inliers alone has very likely been drawn.
+    /// Stops as soon as a sample consisting only of inliers has very likely been drawn.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adaptive_stop: Option<AdaptiveStopConfig>,
 }
@@ -55,10 +55,10 @@ pub struct RansacConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct AdaptiveStopConfig {
-    /// How likely it must be, below one.
+    /// Required probability of that, below one.
     #[serde(deserialize_with = "congruent_geometry::numbers::probability")]
     pub confidence: f64,
-    /// Residuals below it are inliers.
+    /// Residuals below this are inliers.
     pub threshold: Length,
 }
 
@@ -66,14 +66,14 @@ pub struct AdaptiveStopConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct TwoPointConfig {
-    /// Trials; rejected samples do not count.
+    /// Number of trials; rejected samples do not count.
     #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub iterations: u64,
-    /// The distance between the two points may differ by this much between the scans.
+    /// Maximum difference of the distance between the two points in the two scans.
     pub length_tolerance: Length,
     /// Whether the angles of the axes are compared.
     pub angle_test: AngleTest,
-    /// The angle between the two axes may differ by this much between the scans, degrees.
+    /// Maximum difference of the angle between the two axes in the two scans, degrees.
     #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub max_angle_deg: f64,
 }
@@ -82,10 +82,10 @@ pub struct TwoPointConfig {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AngleTest {
-    /// As its paper says.
+    /// As in its paper.
     #[default]
     On,
-    /// As the authors' program works, which compares radians with a limit in degrees and so rejects nothing.
+    /// As in the authors' program, which compares radians with a limit in degrees and thus rejects nothing.
     Off,
 }
 
@@ -93,7 +93,7 @@ pub enum AngleTest {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct OnePointConfig {
-    /// Trials at most; with no fewer than correspondences, each is tried once.
+    /// Maximum number of trials; if there are no more correspondences than that, each is tried once.
     #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub iterations: u64,
 }
@@ -102,14 +102,14 @@ pub struct OnePointConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct SacIaConfig {
-    /// Trials.
+    /// Number of trials.
     #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub iterations: u64,
-    /// The points of a sample are at least this far apart in the source; halved where that cannot be had.
+    /// Minimum distance between the points of a sample in the source; halved where it cannot be kept.
     pub min_distance: Length,
 }
 
-/// Trials of every estimator that does not know by itself how many it needs; within the paper's sweep.
+/// Number of trials of every estimator that does not determine it by itself; within the paper's sweep.
 const ITERATIONS: u64 = 1000;
 
 impl Default for RansacConfig {
@@ -160,7 +160,7 @@ impl Default for EstimatorConfig {
 }
 
 impl EstimatorConfig {
-    /// The generator that these settings describe, for clouds of this resolution.
+    /// Builds the generator that these settings describe, for clouds of this resolution.
     #[must_use]
     pub fn build<'a>(&self, evidence: &'a Evidence, resolution: f64, seed: u64) -> Box<dyn HypothesisGenerator + 'a> {
         match self {
@@ -178,7 +178,7 @@ impl EstimatorConfig {
         }
     }
 
-    /// Whether the evidence must come with reference frames; without them nothing is proposed.
+    /// Returns whether the evidence must come with local reference frames; without them nothing is proposed.
     #[must_use]
     pub fn needs_frames(&self) -> bool {
         match self {

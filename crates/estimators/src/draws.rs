@@ -2,18 +2,18 @@
 
 use congruent_geometry::random::Stream;
 
-/// Two different numbers below `n`, each ordered pair with the same chance. `n` is at least two.
+/// Draws two different numbers below `n`, each ordered pair with the same chance. `n` must be at least two.
 pub(crate) fn two_of(n: u32, stream: &mut Stream) -> [u32; 2] {
     let first = stream.below(n);
-    // The number that is taken is stepped over.
+    // The number already taken is skipped.
     let second = stream.below(n - 1);
     [first, second + u32::from(second >= first)]
 }
 
-/// Three different numbers below `n`, each ordered triple with the same chance. `n` is at least three.
+/// Draws three different numbers below `n`, each ordered triple with the same chance. `n` must be at least three.
 pub(crate) fn three_of(n: u32, stream: &mut Stream) -> [u32; 3] {
     let [first, second] = two_of(n, stream);
-    // Numbers that are taken are stepped over, lowest first.
+    // Numbers already taken are skipped, lowest first.
     let mut third = stream.below(n - 2);
     third += u32::from(third >= first.min(second));
     third += u32::from(third >= first.max(second));
@@ -33,7 +33,7 @@ mod tests {
             assert!(a != b && b != c && a != c);
             *counts.entry([a, b, c]).or_insert(0u32) += 1;
         }
-        // 24 ordered triples, 1000 expected of each, standard deviation 31.
+        // 24 ordered triples, 1000 of each expected, with a standard deviation of 31.
         assert!(counts.len() == 24 && counts.values().all(|&c| c.abs_diff(1000) < 160), "{counts:?}");
     }
 }

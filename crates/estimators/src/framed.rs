@@ -1,9 +1,9 @@
-//! Correspondences that know the reference frames of their points.
+//! Correspondences with the local reference frames of their points.
 
 use congruent_metrics::Evidence;
 use nalgebra::{Matrix3, Vector3};
 
-/// A point and the axes that its surface gives it.
+/// A point and its local reference frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FramedPoint {
     pub(crate) point: Vector3<f64>,
@@ -12,7 +12,7 @@ pub(crate) struct FramedPoint {
 }
 
 impl FramedPoint {
-    /// The z axis: the one that is settled best, which some call the local reference axis.
+    /// Returns the z axis, the one that is determined best, which some call the local reference axis.
     pub(crate) fn z(&self) -> Vector3<f64> {
         self.axes.row(2).transpose()
     }
@@ -25,7 +25,7 @@ pub(crate) struct FramedPair {
     pub(crate) target: FramedPoint,
 }
 
-/// The correspondences with frames at both ends, in ranking order.
+/// Returns the correspondences with frames at both ends, in ranking order.
 pub(crate) fn framed(evidence: &Evidence) -> Vec<FramedPair> {
     let pair = |i: usize| {
         let (source, target) = evidence.frames(i)?;
@@ -55,7 +55,7 @@ pub(crate) mod tests {
             let p = Vector3::from_fn(|_, _| stream.between(-0.5, 0.5)) * side;
             let axes = *stream.rotation().to_rotation_matrix().matrix();
             pairs.push((narrow(&p), narrow(&(truth * Point3::from(p)).coords)));
-            // Axes are the rows: those of the target are the turned ones of the source.
+            // Axes are the rows: those of the target are the rotated ones of the source.
             frames.push(Some((axes, axes * rotation.transpose())));
         }
         (Evidence::new(pairs).with_frames(frames), truth)

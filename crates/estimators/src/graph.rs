@@ -1,7 +1,7 @@
 //! The compatibility graph: which correspondences can be right together.
 //!
-//! A rigid motion keeps distances, and angles between normals and lines. Two correspondences that break one of these
-//! cannot both be right; so right ones all know each other, and wrong ones know few.
+//! A rigid motion preserves distances, and angles between normals and lines. Two correspondences that violate one of
+//! these cannot both be right; so right ones are all joined to each other, and wrong ones to few.
 
 use congruent_geometry::Point;
 use congruent_metrics::Evidence;
@@ -10,19 +10,19 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::f32::consts::PI;
 
-/// Rows that one thread fills at a time, at most.
+/// Maximum number of rows that one thread fills at a time.
 const ROWS_AT_A_TIME: usize = 32;
 
-/// When two correspondences are compatible; lengths in data units.
+/// The conditions under which two correspondences are compatible; lengths in data units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compatibility {
-    /// The two distances may differ by this much.
+    /// Maximum difference between the two distances.
     pub tolerance: f64,
-    /// Both distances must be at least this: close pairs agree by themselves and say little.
+    /// Minimum of both distances: close pairs agree in any case and say little.
     pub min_distance: f64,
-    /// The angle between the two normals may differ by this much between the scans, radians.
+    /// Maximum difference of the angle between the two normals in the two scans, radians.
     pub max_angle: f64,
-    /// The cosine between a normal and the line to the other point may differ by this much.
+    /// Maximum difference of the cosine between a normal and the line to the other point.
     pub max_cosine: f64,
 }
 
@@ -34,7 +34,7 @@ pub struct Graph {
 }
 
 impl Graph {
-    /// Joins all compatible pairs of `evidence`. Normals are compared where both pairs have them.
+    /// Joins all compatible pairs of `evidence`. Normals are compared if both pairs have them.
     #[must_use]
     pub fn new(evidence: &Evidence, rule: &Compatibility) -> Graph {
         let n = evidence.len();
@@ -55,31 +55,31 @@ impl Graph {
         graph
     }
 
-    /// How many correspondences there are.
+    /// Returns the number of correspondences.
     #[must_use]
     pub fn len(&self) -> usize {
         self.n
     }
 
-    /// Whether there are none.
+    /// Returns whether there are no correspondences.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.n == 0
     }
 
-    /// The neighbours of `i` as bits.
+    /// Returns the neighbours of `i` as bits.
     #[must_use]
     pub fn row(&self, i: usize) -> &[u64] {
         &self.bits[i * self.words..(i + 1) * self.words]
     }
 
-    /// How many neighbours `i` has.
+    /// Returns the number of neighbours of `i`.
     #[must_use]
     pub fn degree(&self, i: usize) -> usize {
         self.row(i).iter().map(|word| word.count_ones() as usize).sum()
     }
 
-    /// The same nodes with the edges that `keep` says yes to; it is asked once an edge, lower node first.
+    /// Returns the same nodes with the edges that `keep` accepts; it is called once per edge, lower node first.
     #[must_use]
     pub fn filtered(&self, keep: impl Fn(usize, usize) -> bool + Sync) -> Graph {
         let mut bits = vec![0u64; self.bits.len()];
@@ -93,7 +93,8 @@ impl Graph {
         graph
     }
 
-    /// How many neighbours `i` and `j` share: the second-order compatibility of an edge (Chen et al., SC²-PCR, 2022).
+    /// Returns the number of neighbours that `i` and `j` share: the second-order compatibility of an edge (Chen et al.,
+    /// SC²-PCR, 2022).
     #[must_use]
     pub fn common(&self, i: usize, j: usize) -> u32 {
         shared(self.row(i), self.row(j))
@@ -117,7 +118,7 @@ impl Graph {
     }
 }
 
-/// Swaps rows and columns of a square of bits: the halves that are off the diagonal, then theirs, down to single bits.
+/// Transposes a square of bits by swapping the off-diagonal halves, then those of the halves, down to single bits.
 fn transpose(square: &mut [u64; 64]) {
     let mut width = 32;
     let mut low = u64::MAX >> 32;
@@ -132,18 +133,19 @@ fn transpose(square: &mut [u64; 64]) {
     }
 }
 
-/// How many bits two rows share. Compiled for processors that count bits in one instruction, chosen at run time.
+/// Returns the number of bits that two rows share. Compiled for processors that count bits in one instruction, chosen
+/// at run time.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512vpopcntdq+popcnt", "x86_64+avx2+popcnt", "aarch64+neon"))]
 pub(crate) fn shared(a: &[u64], b: &[u64]) -> u32 {
     a.iter().zip(b).map(|(a, b)| (a & b).count_ones()).sum()
 }
 
-/// Positions of the set bits, ascending.
+/// Returns the positions of the set bits, ascending.
 pub(crate) fn ones(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
     words.iter().enumerate().flat_map(|(at, &word)| ones_of(word).map(move |bit| at * 64 + bit))
 }
 
-/// The same of one word.
+/// Returns the positions of the set bits of one word.
 pub(crate) fn ones_of(mut word: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         (word != 0).then(|| {
@@ -154,13 +156,13 @@ pub(crate) fn ones_of(mut word: u64) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The correspondences as the pairwise test wants them.
+/// The correspondences in the form needed by the pairwise test.
 struct Nodes {
-    /// A coordinate at a time.
+    /// One coordinate at a time.
     source: [Vec<f32>; 3],
     target: [Vec<f32>; 3],
     normals: Vec<Option<(Point, Point)>>,
-    /// Of the largest difference between the angles of two normals.
+    /// Cosine of the maximum difference between the angles of two normals.
     min_turn_cosine: f32,
 }
 
@@ -178,7 +180,7 @@ impl Nodes {
         }
     }
 
-    /// Which of the nodes of a word are as far from `i` in the source as in the target, and far enough.
+    /// Returns which nodes of a word are as far from `i` in the source as in the target, and far enough.
     fn alike(&self, i: usize, word: usize, rule: &Compatibility) -> u64 {
         let some = word * 64..self.normals.len().min(word * 64 + 64);
         let both = [&self.source, &self.target];
@@ -187,7 +189,7 @@ impl Nodes {
         alike(both.map(|of| at(of, i)), columns, (min_sq, rule.tolerance as f32))
     }
 
-    /// Whether the normals turn alike; yes where there are none.
+    /// Returns whether the normals agree with a common rotation; `true` where there are none.
     #[inline]
     fn normals_agree(&self, i: usize, j: usize, rule: &Compatibility) -> bool {
         let (Some(at_i), Some(at_j)) = (&self.normals[i], &self.normals[j]) else { return true };
@@ -208,8 +210,8 @@ fn at(columns: &[Vec<f32>; 3], i: usize) -> Point {
     columns.each_ref().map(|column| column[i])
 }
 
-/// A bit for each of at most 64 correspondences: whether both distances from the given one are long enough and alike.
-/// Compiled once for each instruction set and chosen at run time; the bits are the same on all of them.
+/// Returns a bit for each of at most 64 correspondences: whether both distances from the given one are long enough and
+/// similar. Compiled for several instruction sets and chosen at run time; the bits are the same on all of them.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
 fn alike(from: [Point; 2], columns: [[&[f32]; 3]; 2], (min_sq, tolerance): (f32, f32)) -> u64 {
     let n = columns[0][0].len();
@@ -234,7 +236,7 @@ fn dot(a: &Point, b: &Point) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// The cosine of the difference between two angles that are known by their cosines.
+/// Returns the cosine of the difference between two angles given by their cosines.
 fn turn_cosine(a: f32, b: f32) -> f32 {
     let (a, b) = (a.clamp(-1.0, 1.0), b.clamp(-1.0, 1.0));
     a * b + ((1.0 - a * a) * (1.0 - b * b)).sqrt()

@@ -1,20 +1,20 @@
-//! Local optimisation: a hypothesis from three points is fitted to all that agree with it.
+//! Local optimisation: a hypothesis from three points is fitted to all correspondences that agree with it.
 //!
-//! Iteratively reweighted least squares with the metric's own weights. Where the metric's loss is concave in the squared
-//! residual (MAE, MSE, LOG-COSH), each weighted fit minimises a bound on the loss from above that touches it at the
-//! present pose, so the score never falls.
+//! Iteratively reweighted least squares with the metric's own weights. If the metric's loss is concave in the squared
+//! residual (MAE, MSE, LOG-COSH), each weighted fit minimises an upper bound of the loss that touches it at the present
+//! pose, so the score never falls.
 
 use crate::{Distinctness, Hypothesis};
 use congruent_geometry::{RigidTransform, Spare, fit_weighted};
 use congruent_metrics::{Evidence, Metric, Score};
 use rayon::prelude::*;
 
-/// Gains below this share of the score end the rounds.
+/// Gain, as a fraction of the score, below which the rounds end.
 const MIN_GAIN: f64 = 1e-6;
-/// Poses that one thread takes at a time, at most.
+/// Maximum number of poses that one thread takes at a time.
 const CLIMBS_AT_A_TIME: usize = 8;
 
-/// Raises a pose's score by at most `rounds` weighted fits; the best pose seen is the result, the start included.
+/// Raises a pose's score by at most `rounds` weighted fits; returns the best pose seen, the start included.
 #[must_use]
 pub fn optimise(
     start: &RigidTransform,
@@ -31,10 +31,10 @@ pub fn optimise(
     (climb.best.target_from_source, climb.best.score)
 }
 
-/// Raises the scores of many poses side by side, best first at the end. Poses that come together are followed once: by the
-/// best of them.
+/// Raises the scores of many poses in parallel, and returns them best first. Where poses converge, only the best of
+/// them is followed.
 ///
-/// The scores of the hypotheses are those of `metric`; of equals the lower trial comes first.
+/// The scores of the hypotheses must be those of `metric`; ties go to the lower trial.
 #[must_use]
 pub fn optimise_all(
     starts: Vec<Hypothesis>,
@@ -54,12 +54,12 @@ pub fn optimise_all(
     climbs.into_iter().map(|climb| climb.best).collect()
 }
 
-/// A pose on its way up.
+/// A pose whose score is being raised.
 #[derive(Clone, Copy)]
 struct Climb {
     best: Hypothesis,
     pose: RigidTransform,
-    /// The last fit has gained next to nothing.
+    /// Whether the last fit has gained next to nothing.
     is_done: bool,
 }
 
@@ -86,11 +86,11 @@ impl Climb {
     }
 }
 
-/// What poses are raised on.
+/// The objective by which poses are raised.
 struct Slope<'a> {
     metric: &'a dyn Metric,
     evidence: &'a Evidence,
-    /// Squared residuals and weights.
+    /// Buffers for squared residuals and weights.
     spare: Spare<(Vec<f32>, Vec<f64>)>,
 }
 
@@ -99,7 +99,7 @@ impl<'a> Slope<'a> {
         Slope { metric, evidence, spare: Spare::default() }
     }
 
-    /// One weighted fit.
+    /// Performs one weighted fit.
     fn refit(&self, pose: &RigidTransform) -> Option<RigidTransform> {
         self.spare.with(|(residuals_sq, weights)| {
             self.evidence.residuals_sq(pose, residuals_sq);
@@ -149,7 +149,7 @@ mod tests {
                 for _ in 0..20 {
                     let Some(next) = Slope::new(metric, &evidence).refit(&pose) else { break };
                     let after = metric.score(&evidence, &next).value();
-                    // Sums of f32 gains repeat to about six digits.
+                    // Sums of `f32` gains are reproducible to about six digits.
                     assert!(after >= score - 2e-5 * score.abs(), "seed {seed}: {score} fell to {after}");
                     (pose, score) = (next, after);
                 }
@@ -178,7 +178,7 @@ mod tests {
         let (evidence, truth) = scene(3);
         let probes: Vec<_> = (0..60).map(|i| narrow(&evidence.source(i))).collect();
         let moved = |x: f64| RigidTransform::translation(x, 0.0, 0.0) * truth;
-        // Four poses that lie beside the true one, and one from which nothing leads there.
+        // Four poses close to the true one, and one from which nothing leads there.
         let starts: Vec<Hypothesis> = (0u64..)
             .zip([3.0, -2.0, 1.0, -4.0, 1e4])
             .map(|(trial, x)| (trial, moved(x)))
@@ -188,10 +188,10 @@ mod tests {
         let ends = optimise_all(starts.clone(), &metric, &evidence, 10, &distinctness);
         assert_eq!(ends.len(), 2);
         assert!(mean_displacement(&probes, &ends[0].target_from_source, &truth) < 0.6 && ends[1].trial == 4);
-        // The one that was followed ends where it would have ended alone.
+        // The pose that was followed ends where it would have ended alone.
         let alone = optimise(&moved([3.0, -2.0, 1.0, -4.0][ends[0].trial as usize]), &metric, &evidence, 10);
         assert_eq!((ends[0].target_from_source, ends[0].score), alone);
-        // No rounds: as they were.
+        // Without rounds they remain as they were.
         assert_eq!(optimise_all(starts, &metric, &evidence, 0, &distinctness).len(), 5);
     }
 

@@ -1,4 +1,4 @@
-//! 1P-RANSAC: one correspondence with its reference frames makes a pose.
+//! 1P-RANSAC: one correspondence with its local reference frames determines a pose.
 
 use crate::HypothesisGenerator;
 use crate::framed::{FramedPair, framed};
@@ -7,9 +7,9 @@ use congruent_geometry::random::Stream;
 use congruent_metrics::Evidence;
 use nalgebra::{Rotation3, Translation3, UnitQuaternion};
 
-/// Poses that lay the frame of a source point onto that of its target point. Pairs without frames are left out.
+/// Poses that align the frame of a source point with that of its target point. Pairs without frames are left out.
 ///
-/// There are only as many poses as pairs: given that many trials, each is proposed once, in ranking order.
+/// There are only as many poses as pairs: with that many trials, each is proposed once, in ranking order.
 pub struct OnePoint {
     pairs: Vec<FramedPair>,
     trials: u64,
@@ -17,7 +17,7 @@ pub struct OnePoint {
 }
 
 impl OnePoint {
-    /// At most `trials` poses; all of them where there are no more, random ones else.
+    /// Creates a generator of at most `trials` poses: all of them if there are no more, otherwise random ones.
     #[must_use]
     pub fn new(evidence: &Evidence, trials: u64, seed: u64) -> Self {
         let pairs = framed(evidence);
@@ -39,7 +39,7 @@ impl HypothesisGenerator for OnePoint {
     fn propose(&self, trial: u64) -> Option<RigidTransform> {
         let FramedPair { source, target } = self.pair(trial)?;
         let rotation = Rotation3::from_matrix_unchecked(target.axes.transpose() * source.axes);
-        // The frames are rotations up to rounding; this makes it exact.
+        // The frames are rotations up to rounding; this makes the result exact.
         let rotation = UnitQuaternion::new_normalize(*UnitQuaternion::from_rotation_matrix(&rotation));
         Some(RigidTransform::from_parts(Translation3::from(target.point - rotation * source.point), rotation))
     }

@@ -1,8 +1,8 @@
 //! Poses from triangles of the compatibility graph, the best connected first.
 //!
-//! An edge between two right correspondences has all other right ones as common neighbours, an accidental edge few. So
-//! the edges with the most common neighbours are the pivots, and each proposes the two triangles that are best connected
-//! (after TurboReg, Yan et al. 2025).
+//! An edge between two right correspondences has all other right ones as common neighbours, an accidental edge has few.
+//! So the edges with the most common neighbours are the pivots, and each proposes the two triangles that are best
+//! connected (after TurboReg, Yan et al. 2025).
 
 use crate::commons::{Commons, Row};
 use crate::{Graph, HypothesisGenerator};
@@ -12,11 +12,11 @@ use multiversion::multiversion;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// Edges of a node that are considered.
+/// Maximum number of edges considered per node.
 const EDGES_PER_NODE: usize = 40;
-/// Triangles that a pivot proposes.
+/// Maximum number of triangles that a pivot proposes.
 const THIRDS: usize = 2;
-/// Nodes and pivots that one thread takes at a time, at most.
+/// Maximum numbers of nodes and of pivots that one thread takes at a time.
 const NODES_AT_A_TIME: usize = 64;
 const PIVOTS_AT_A_TIME: usize = 64;
 
@@ -26,7 +26,7 @@ pub struct Pivots<'a> {
     triangles: Vec<[u32; 3]>,
 }
 
-/// An edge and how many neighbours its ends share.
+/// An edge and the number of neighbours that its ends share.
 #[derive(Clone, Copy)]
 struct Edge {
     common: u32,
@@ -34,7 +34,7 @@ struct Edge {
 }
 
 impl Edge {
-    /// The least is best connected; of equals it is the first in the graph.
+    /// Returns a key whose minimum is the best connected edge; ties go to the first in the graph.
     fn rank(&self) -> u128 {
         let [first, second] = self.ends.map(u128::from);
         u128::from(!self.common) << 64 | first << 32 | second
@@ -42,7 +42,7 @@ impl Edge {
 }
 
 impl<'a> Pivots<'a> {
-    /// Finds at most `limit` pivots in the graph, which is one of `evidence`.
+    /// Finds at most `limit` pivots in the graph, which must be that of `evidence`.
     #[must_use]
     pub fn new(evidence: Cow<'a, Evidence>, graph: &Graph, limit: usize) -> Self {
         let commons = Commons::new(graph);
@@ -62,8 +62,8 @@ impl HypothesisGenerator for Pivots<'_> {
     }
 }
 
-/// Each node's best edge first (so that no part of the scan is left out), up to half of the limit; then the best of
-/// the others.
+/// Returns each node's best edge first (so that no part of the scan is left out), up to half of the limit; then the
+/// best of the others.
 fn pivots(n: usize, commons: &Commons<'_>, limit: usize) -> Vec<Edge> {
     let spare = Spare::default();
     let best_of = |i: usize| spare.with(|edges| best_edges(commons, i, edges));
@@ -76,7 +76,8 @@ fn pivots(n: usize, commons: &Commons<'_>, limit: usize) -> Vec<Edge> {
     firsts
 }
 
-/// The edges of a node to later nodes, best connected first; all of them are laid out in a list that is lent.
+/// Returns the edges of a node to later nodes, best connected first; `edges` is a buffer that holds all of them
+/// meanwhile.
 fn best_edges(commons: &Commons<'_>, i: usize, edges: &mut Vec<Edge>) -> Vec<Edge> {
     let later = commons.neighbors(i).filter(|&(j, _)| j > i);
     edges.clear();
@@ -85,7 +86,7 @@ fn best_edges(commons: &Commons<'_>, i: usize, edges: &mut Vec<Edge>) -> Vec<Edg
     edges.clone()
 }
 
-/// The best connected first.
+/// Keeps the `n` best connected edges, best first.
 fn keep_best(edges: &mut Vec<Edge>, n: usize) {
     if 0 < n && n < edges.len() {
         edges.select_nth_unstable_by_key(n, Edge::rank);
@@ -94,7 +95,7 @@ fn keep_best(edges: &mut Vec<Edge>, n: usize) {
     edges.sort_unstable_by_key(Edge::rank);
 }
 
-/// Each pivot with its best connected common neighbours, in the order of the pivots.
+/// Returns each pivot with its best connected common neighbours, in the order of the pivots.
 fn triangles(commons: &Commons<'_>, pivots: &[Edge]) -> Vec<[u32; 3]> {
     let thirds: Vec<[Third; THIRDS]> = pivots
         .par_iter()
@@ -109,19 +110,20 @@ fn triangles(commons: &Commons<'_>, pivots: &[Edge]) -> Vec<[u32; 3]> {
     pivots.iter().zip(thirds).flat_map(of_pivot).collect()
 }
 
-/// A common neighbour of an edge's ends, and how many neighbours it shares with both of them; none shares nothing.
+/// A common neighbour of an edge's ends, and how many neighbours it shares with them, summed over both; zero stands for
+/// none.
 #[derive(Clone, Copy, Default)]
 struct Third {
     common: u32,
     node: u32,
 }
 
-/// The best connected common neighbours of the ends of an edge; of equals the first. Compiled for processors that count bits in
-/// one instruction, chosen at run time.
+/// Returns the best connected common neighbours of the ends of an edge; ties go to the first. Compiled for processors
+/// that count bits in one instruction, chosen at run time.
 #[multiversion(targets("x86_64+avx2+popcnt+bmi1+bmi2", "aarch64+neon"))]
 fn thirds([first, second]: [Row<'_>; 2]) -> [Third; THIRDS] {
     let mut best = [Third::default(); THIRDS];
-    // How many neighbours of each end come before a word.
+    // The number of neighbours of each end before the current word.
     let (mut before_first, mut before_second) = (0, 0);
     for (word, (&a, &b)) in (0u32..).zip(first.bits.iter().zip(second.bits)) {
         let mut both = a & b;

@@ -1,4 +1,4 @@
-//! A pool of poses that are really different.
+//! A pool of poses that are substantially different.
 
 use crate::Hypothesis;
 use congruent_geometry::{Point, RigidTransform, wide};
@@ -7,19 +7,20 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 type Cell = [i64; 3];
-/// Where a pose puts the probes.
+/// Positions to which a pose moves the probes.
 type Places = [Vector3<f64>; PROBES];
 
-/// Poses that are compared with those kept before them, side by side: so many at first, then twice as many each time.
+/// Number of poses compared in parallel with those kept before them: this many at first, then twice as many each time
+/// up to the second number.
 const FIRST_TOGETHER: usize = 256;
 const MOST_TOGETHER: usize = 2048;
-/// Poses that one thread compares at a time, at least.
+/// Minimum number of poses that one thread compares at a time.
 const COMPARED_AT_A_TIME: usize = 32;
 
-/// Points by which poses are compared.
+/// Number of points by which poses are compared.
 const PROBES: usize = 8;
 
-/// Tells poses apart by how far they put a few points of the source from each other.
+/// Distinguishes poses by how far apart they put a few points of the source.
 #[derive(Clone, Debug)]
 pub struct Distinctness {
     probes: [Point3<f64>; PROBES],
@@ -28,7 +29,7 @@ pub struct Distinctness {
 }
 
 impl Distinctness {
-    /// Probes are spread evenly over the order of `points`.
+    /// Creates the comparison; the probes are spread evenly over the order of `points`.
     #[must_use]
     pub fn new(points: &[Point], min_displacement: f64) -> Self {
         let probe =
@@ -36,14 +37,14 @@ impl Distinctness {
         Distinctness { probes: std::array::from_fn(probe), min_displacement }
     }
 
-    /// The best of each group of like poses, at most `keep`. The hypotheses come ranked, and stay so.
+    /// Returns the best of each group of similar poses, at most `keep`. The hypotheses must be ranked, and stay so.
     #[must_use]
     pub fn distinct(&self, ranked: &[Hypothesis], keep: usize) -> Vec<Hypothesis> {
         let kept = self.positions(ranked, |hypothesis| &hypothesis.target_from_source, keep);
         kept.into_iter().map(|position| ranked[position]).collect()
     }
 
-    /// Positions, ascending, of the best of each group of what has a pose.
+    /// Returns the positions, ascending, of the best of each group of items that have a pose.
     pub(crate) fn positions<T: Sync>(
         &self,
         ranked: &[T],
@@ -72,8 +73,8 @@ impl Distinctness {
         kept.all.into_iter().map(|(position, _)| position).collect()
     }
 
-    /// Where the middle of the probes goes, in cells twice as wide as poses must be apart. The middles of like poses are no
-    /// farther apart than their probes are on the mean: half a cell.
+    /// Returns where the centroid of the probes goes, in cells twice as wide as poses must be apart. The centroids of
+    /// similar poses are no farther apart than their probes are on average: half a cell.
     fn place(&self, places: &Places) -> [f64; 3] {
         let middle = places.iter().sum::<Vector3<f64>>() / PROBES as f64;
         let side = if self.min_displacement > 0.0 { 2.0 * self.min_displacement } else { 1.0 };
@@ -102,12 +103,12 @@ impl Distinctness {
 struct Kept<'a> {
     distinctness: &'a Distinctness,
     all: Vec<(usize, Places)>,
-    /// By the cells in which the middle of the probes of a pose like it may be.
+    /// Kept poses, by each cell in which the centroid of the probes of a similar pose may be.
     cells: FxHashMap<Cell, Vec<usize>>,
 }
 
 impl Kept<'_> {
-    /// Whether a pose is like none of those kept; the first so many are left out.
+    /// Returns whether a pose differs from all that were kept; those before `first` are ignored.
     fn differs(&self, places: &Places, first: usize) -> bool {
         let cell = self.distinctness.place(places).map(cell);
         let mut near = self.cells.get(&cell).into_iter().flatten();
@@ -126,7 +127,7 @@ fn cell(place: f64) -> i64 {
     place.floor() as i64
 }
 
-/// The eight cells that hold all within half a cell of a place.
+/// Returns the eight cells that hold everything within half a cell of a position.
 fn around(place: &[f64; 3]) -> impl Iterator<Item = Cell> + use<> {
     let first = place.map(|v| cell(v - 0.5));
     (0..8).map(move |corner| std::array::from_fn(|axis| first[axis].saturating_add(corner >> axis & 1)))

@@ -1,7 +1,7 @@
-//! Which triple a trial draws: any, or the best ranked ones first.
+//! Which triple a trial draws: any triple, or the best ranked ones first.
 //!
 //! PROSAC (Chum and Matas 2005) draws from a pool of the best ranked correspondences that grows at such a pace that the
-//! first `T_N` samples are, taken together, those of uniform drawing, only in a better order.
+//! first `T_N` samples, taken together, are those of uniform drawing, only in a better order.
 
 use crate::draws::{three_of, two_of};
 use congruent_geometry::random::Stream;
@@ -11,16 +11,16 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Order {
-    /// All triples have the same chance at all times.
+    /// All triples always have the same chance.
     #[default]
     Uniform,
     /// Triples of the best ranked correspondences come first.
     Prosac,
 }
 
-/// Samples after which the order makes no difference any more (`T_N`); the value of the paper.
+/// Number of samples after which the order no longer makes a difference (`T_N`); the value of the paper.
 const WHOLE: u64 = 200_000;
-/// Correspondences in a sample.
+/// Number of correspondences in a sample.
 const SAMPLE: u32 = 3;
 
 /// Draws triples.
@@ -30,7 +30,7 @@ pub(crate) enum Triples {
 }
 
 impl Triples {
-    /// From `n` correspondences, at least three.
+    /// Prepares drawing from `n` correspondences, at least three.
     pub(crate) fn new(n: u32, order: Order) -> Self {
         match order {
             Order::Uniform => Triples::Uniform { n },
@@ -38,7 +38,7 @@ impl Triples {
         }
     }
 
-    /// Three different correspondences for one trial.
+    /// Draws three different correspondences for one trial.
     pub(crate) fn draw(&self, trial: u64, stream: &mut Stream) -> [u32; 3] {
         match self {
             Triples::Uniform { n } => three_of(*n, stream),
@@ -54,9 +54,9 @@ impl Triples {
     }
 }
 
-/// How the pool grows.
+/// The growth of the pool.
 pub(crate) struct Growth {
-    /// `T'` of the paper: how many samples are drawn before the pool outgrows three, four, ... correspondences.
+    /// `T'` of the paper: the number of samples drawn before the pool outgrows three, four, ... correspondences.
     until: Vec<u64>,
 }
 
@@ -68,7 +68,7 @@ impl Growth {
         let mut until = vec![1];
         for pool in SAMPLE + 1..=n {
             let next = expected * f64::from(pool) / f64::from(pool - SAMPLE);
-            // A hair is taken off, so that rounding makes no whole sample more.
+            // Slightly reduced, so that rounding does not add a whole sample.
             let more = (next - expected - 1e-9 * next).ceil();
             until.push(until[until.len() - 1] + more as u64);
             expected = next;
@@ -76,7 +76,7 @@ impl Growth {
         Growth { until }
     }
 
-    /// How many correspondences the trial chooses from; nothing once all have their turn.
+    /// Returns the number of correspondences from which the trial draws; `None` once all have had their turn.
     fn pool(&self, trial: u64) -> Option<u32> {
         let outgrown = self.until.partition_point(|&until| until <= trial);
         (outgrown < self.until.len()).then_some(outgrown as u32 + SAMPLE)
@@ -93,7 +93,7 @@ mod tests {
         assert_eq!(Growth::new(6, 20).until, [1, 4, 10, 20]);
         // T = 2.5, 10: one sample of the first three, then ⌈7.5⌉ with the fourth.
         assert_eq!(Growth::new(4, 10).until, [1, 9]);
-        // T = 0.1 · 1, 4, 10: each step takes one sample at least.
+        // T = 0.1 · 1, 4, 10: each step takes at least one sample.
         assert_eq!(Growth::new(5, 1).until, [1, 2, 3]);
         assert_eq!(Growth::new(3, 7).until, [1]);
         let growth = Growth::new(6, 20);
@@ -110,7 +110,7 @@ mod tests {
             assert!(a != b && a < c && b < c && c + 1 == growth.pool(trial).unwrap());
         }
         // C(51, 3) / C(300, 3) of 200 000 is 935, C(52, 3) / C(300, 3) is 992 and C(53, 3) / C(300, 3) is 1052; each of
-        // the 50 steps is rounded up, which is worth a few pool members.
+        // the 50 steps is rounded up, which accounts for a few pool members.
         assert!((45..=53).contains(&growth.pool(999).unwrap()), "{:?}", growth.pool(999));
     }
 
@@ -125,8 +125,8 @@ mod tests {
             triple.sort_unstable();
             *counts.entry(triple).or_insert(0u32) += 1;
         }
-        // The first three are drawn once, by definition; of the 19 other triples 1000 each are expected, with a standard
-        // deviation of at most 31.
+        // The first three are drawn once, by definition; of the 19 other triples 1000 each are expected, with a
+        // standard deviation of at most 31.
         assert_eq!(counts.remove(&[0, 1, 2]), Some(1));
         assert!(counts.len() == 19 && counts.values().all(|&c| c.abs_diff(1000) < 160), "{counts:?}");
         for trial in end..end + 100 {

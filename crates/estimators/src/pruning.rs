@@ -1,31 +1,31 @@
 //! Pruning of the compatibility graph to its innermost core.
 //!
-//! The k-core is what is left when nodes with fewer than k neighbours are taken away again and again. Right
-//! correspondences all know each other, so they stay to the end; most wrong ones go early (ROBIN, Shi et al. 2021;
-//! KISS-Matcher, Lim et al. 2024). A repetitive scene can have a wrong innermost core.
+//! The k-core is what remains when nodes with fewer than k neighbours are removed repeatedly. Right correspondences are
+//! all joined to each other, so they stay to the end; most wrong ones go early (ROBIN, Shi et al. 2021; KISS-Matcher,
+//! Lim et al. 2024). A repetitive scene can have a wrong innermost core.
 
 use crate::Graph;
 use crate::graph::ones;
 use serde::{Deserialize, Serialize};
 
-/// A core of fewer nodes says nothing.
+/// Minimum number of nodes in a meaningful core.
 const MIN_NODES: usize = 5;
-/// A smaller core number says nothing: chance alone gives as much.
+/// Minimum core number that is meaningful: chance alone produces smaller ones.
 const MIN_NUMBER: usize = 3;
 
-/// What is taken off the compatibility graph before it is used.
+/// What is removed from the compatibility graph before it is used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Pruning {
     /// Nothing.
     #[default]
     None,
-    /// All edges outside of the innermost core, if that has five nodes and core number 3 at least.
+    /// All edges outside the innermost core, if that has at least five nodes and core number 3.
     Core,
 }
 
 impl Graph {
-    /// The same nodes with the edges that the pruning leaves.
+    /// Returns the same nodes with the edges that remain after pruning.
     #[must_use]
     pub fn pruned(self, pruning: Pruning) -> Graph {
         match pruning {
@@ -45,7 +45,7 @@ fn innermost(graph: Graph) -> Graph {
     graph.filtered(|i, j| numbers[i] == largest && numbers[j] == largest)
 }
 
-/// The nodes in the order in which they go when one with the fewest neighbours is taken away at a time.
+/// The order in which nodes go when one with the fewest neighbours is removed at a time.
 pub(crate) struct Peeling {
     /// The largest k for which each node is in the k-core.
     pub(crate) numbers: Vec<usize>,
@@ -54,7 +54,7 @@ pub(crate) struct Peeling {
 }
 
 impl Peeling {
-    /// By bins of equal degree (Batagelj and Zaveršnik 2003), in time linear in the edges.
+    /// Computes the order with bins of equal degree (Batagelj and Zaveršnik 2003), in time linear in the edges.
     pub(crate) fn of(graph: &Graph) -> Peeling {
         let mut bins = Bins::new((0..graph.len()).map(|i| graph.degree(i)).collect());
         for at in 0..graph.len() {
@@ -69,13 +69,13 @@ impl Peeling {
     }
 }
 
-/// Nodes sorted by degree, where a degree can be lowered by one in constant time.
+/// Nodes sorted by degree; a degree can be lowered by one in constant time.
 struct Bins {
     degrees: Vec<usize>,
     order: Vec<usize>,
-    /// Where each node is in `order`.
+    /// Position of each node in `order`.
     places: Vec<usize>,
-    /// Where in `order` the nodes of each degree begin.
+    /// Position in `order` of the first node of each degree.
     starts: Vec<usize>,
 }
 
@@ -92,7 +92,7 @@ impl Bins {
         Bins { degrees, order, places, starts }
     }
 
-    /// Swaps the node with the first of its degree, and moves the border behind it.
+    /// Lowers a degree by swapping the node with the first of its degree and moving the border behind it.
     fn lower(&mut self, node: usize) {
         let (place, first) = (self.places[node], self.starts[self.degrees[node]]);
         let other = self.order[first];
@@ -109,7 +109,7 @@ mod tests {
     use crate::graph::tests::{RULE, scene};
     use congruent_metrics::Evidence;
 
-    /// Random graphs from empty to nearly complete: some of the edges of a graph that has all.
+    /// Random graphs from empty to nearly complete: some of the edges of a complete graph.
     fn random(n: usize, seed: u64) -> Graph {
         let mut stream = congruent_geometry::random::Stream::new(seed, 0);
         let point = |i: usize| [i as f32, 0.0, 0.0];
@@ -122,7 +122,7 @@ mod tests {
         all.filtered(|i, j| coins[i * n + j])
     }
 
-    /// Takes away whatever has fewer than k neighbours until nothing changes, for each k from the start.
+    /// Removes whatever has fewer than k neighbours until nothing changes, for each k from the start.
     fn naive(graph: &Graph) -> Vec<usize> {
         let mut numbers = vec![0; graph.len()];
         for k in 1..graph.len() {
@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn a_core_that_says_nothing_is_not_cut_out() {
-        // A path and a square with its diagonals: 4 nodes of core number 3.
+        // A path, and a square with its diagonals: 4 nodes of core number 3.
         let edges = [(0, 1), (1, 2), (2, 3), (3, 4), (5, 6), (5, 7), (5, 8), (6, 7), (6, 8), (7, 8)];
         let point = |i: usize| [i as f32, 0.0, 0.0];
         let rule = crate::Compatibility { tolerance: 1.0, min_distance: 0.5, ..RULE };
@@ -178,7 +178,7 @@ mod tests {
         let few = all.filtered(|i, j| edges.contains(&(i, j)));
         assert_eq!(Peeling::of(&few).numbers, [1, 1, 1, 1, 1, 3, 3, 3, 3]);
         assert_eq!(few.pruned(Pruning::Core).degree(0), 1);
-        // With one node more in the knot it is cut out.
+        // With one more node the core is large enough to be cut out.
         let more = all.filtered(|i, j| edges.contains(&(i, j)) || (i >= 4 && j > 4));
         assert_eq!(more.pruned(Pruning::Core).degree(0), 0);
         assert!(Graph::new(&Evidence::default(), &RULE).pruned(Pruning::Core).is_empty());

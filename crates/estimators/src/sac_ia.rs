@@ -1,4 +1,4 @@
-//! The sampling of SAC-IA (Rusu et al. 2009): three points far apart, and a random candidate of each.
+//! The sampling of SAC-IA (Rusu et al. 2009): three points far apart, with a random candidate of each.
 
 use crate::HypothesisGenerator;
 use congruent_geometry::random::Stream;
@@ -6,16 +6,16 @@ use congruent_geometry::{Point, RigidTransform, fit_three, narrow};
 use congruent_metrics::Evidence;
 use nalgebra::Vector3;
 
-/// Degenerate samples are drawn again, at most this often, and do not count as trials.
+/// Maximum number of draws per trial: degenerate samples are drawn again and do not count as trials.
 const MAX_REDRAWS: usize = 100;
-/// So many draws in vain for each source point halve the distance; value from the Point Cloud Library.
+/// More fruitless draws than this per source point halve the distance; value from the Point Cloud Library.
 const FRUITLESS_PER_POINT: usize = 3;
-/// Halving this often takes any useful distance to nothing.
+/// Number of halvings that reduce any useful distance to nothing.
 const MAX_HALVINGS: u32 = 30;
 
-/// Poses from three source points that keep a distance, each with one of the target points it is paired with.
+/// Poses from three source points that keep a minimum distance, each with one of the target points it is paired with.
 ///
-/// A source point with many candidates is drawn no more often than one with a single one.
+/// A source point with many candidates is drawn no more often than one with a single candidate.
 pub struct SacIa<'a> {
     evidence: &'a Evidence,
     /// The pairs of each source point, in order of its first pair.
@@ -26,7 +26,7 @@ pub struct SacIa<'a> {
 }
 
 impl<'a> SacIa<'a> {
-    /// `min_distance` in data units. Fewer than three source points propose nothing.
+    /// Creates a generator with `min_distance` in data units. Fewer than three source points propose nothing.
     #[must_use]
     pub fn new(evidence: &'a Evidence, min_distance: f64, trials: u64, seed: u64) -> Self {
         SacIa { evidence, candidates: by_source_point(evidence), min_distance, trials, seed }
@@ -97,7 +97,7 @@ fn by_source_point(evidence: &Evidence) -> Vec<Vec<u32>> {
 mod tests {
     use super::*;
 
-    /// Twenty points on a wavy line one apart, each with two candidates: itself and one that is lifted.
+    /// Twenty points on a wavy line, one apart, each with two candidates: itself and a lifted point.
     fn line() -> Evidence {
         let point = |i: u32| [i as f32, (i * i % 7) as f32 * 0.1, 0.0];
         let lifted = |i: u32| [i as f32, (i * i % 7) as f32 * 0.1, 5.0];
@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn points_keep_their_distance_and_all_candidates_have_their_turn() {
         let evidence = line();
-        // Where the first two lie 7 to 11 apart near the middle there is no third, and the distance is halved once.
+        // If the first two are 7 to 11 apart near the middle there is no third, and the distance is halved once.
         let generator = SacIa::new(&evidence, 6.0, 10, 1);
         let mut stream = Stream::new(1, 0);
         let (mut lifted, mut kept) = (0, 0);
@@ -127,7 +127,7 @@ mod tests {
             kept += u32::from(edges.iter().all(|edge| edge.norm() >= 6.0));
             lifted += sample.iter().filter(|&&i| i % 2 == 1).count();
         }
-        // 750 expected, standard deviation 19.
+        // 750 are expected, with a standard deviation of 19.
         assert!(lifted.abs_diff(750) < 120, "{lifted}");
         assert!(kept > 350, "{kept} of 500 keep the whole distance");
     }
@@ -136,7 +136,7 @@ mod tests {
     fn a_distance_that_cannot_be_kept_is_halved() {
         let evidence = line();
         let mut stream = Stream::new(2, 0);
-        // No three of them are 15 apart; with half of it some are.
+        // No three of them are 15 apart; at half that distance some are.
         let sample = SacIa::new(&evidence, 15.0, 10, 1).sample(&mut stream).unwrap();
         let closest = [(0, 1), (1, 2), (2, 0)]
             .map(|(a, b)| (evidence.source(sample[a]) - evidence.source(sample[b])).norm())

@@ -1,4 +1,4 @@
-//! The sampling loop: every estimator runs in it, whatever it proposes and whatever scores it.
+//! The sampling loop: every estimator runs in it, whatever it proposes and whichever metric scores it.
 
 use crate::AdaptiveStop;
 use congruent_geometry::RigidTransform;
@@ -7,66 +7,65 @@ use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::ops::Range;
 
-/// Trials that one thread takes at a time.
+/// Number of trials that one thread takes at a time.
 const BATCH: u64 = 64;
-/// Trials between two looks at the stopping rule: the same on any number of threads, and so many that chance has had its
-/// say before the first look.
+/// Number of trials between two checks of the stopping rule: the same for any number of threads, and large enough that
+/// the first check is not a matter of chance.
 const ROUND: u64 = 256;
-/// The same where nothing stops them early: only what is kept of one round is still there in the next.
+/// Number of trials in a round if no rule stops them: only what is kept of one round is carried over to the next.
 const LONG_ROUND: u64 = 1 << 16;
 
 /// Proposes poses.
 pub trait HypothesisGenerator: Send + Sync {
-    /// How many trials there are to run.
+    /// Returns the number of trials to run.
     fn trials(&self) -> u64;
 
-    /// The pose of one trial: a pure function of the generator's seed and the trial's number. `None` where the trial
-    /// found no usable sample.
+    /// Returns the pose of one trial: a pure function of the generator's seed and the trial's number. `None` if the
+    /// trial found no usable sample.
     fn propose(&self, trial: u64) -> Option<RigidTransform>;
 
-    /// The same, with the number of samples drawn for it; for generators that draw again what they cannot use.
+    /// Returns the pose of one trial with the number of samples drawn; for generators that redraw unusable samples.
     fn draw(&self, trial: u64) -> Drawn {
         Drawn { pose: self.propose(trial), samples: 1 }
     }
 
-    /// When to stop before all trials are done.
+    /// Returns the rule for stopping before all trials are done, if any.
     fn stop(&self) -> Option<&AdaptiveStop> {
         None
     }
 }
 
-/// What a trial came to.
+/// The outcome of a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drawn {
     /// The pose, if any sample was usable.
     pub pose: Option<RigidTransform>,
-    /// Samples drawn, the unusable ones included.
+    /// Number of samples drawn, including unusable ones.
     pub samples: u64,
 }
 
-/// A proposed pose and how good it is.
+/// A proposed pose and its score.
 #[derive(Clone, Copy, Debug)]
 pub struct Hypothesis {
-    /// Between the centred clouds.
+    /// Pose between the centred clouds.
     pub target_from_source: RigidTransform,
-    /// By the metric of the run.
+    /// Score by the metric of the run.
     pub score: Score,
     /// The trial that proposed it.
     pub trial: u64,
 }
 
 impl Hypothesis {
-    /// The order of a ranking: better scores first, of equal ones the lower trial.
+    /// Orders a ranking: better scores first, ties by the lower trial.
     #[must_use]
     pub fn best_first(&self, other: &Hypothesis) -> Ordering {
         other.score.cmp(&self.score).then(self.trial.cmp(&other.trial))
     }
 }
 
-/// Runs all trials and keeps the best `keep` hypotheses, best first; of equal scores the lower trial comes first.
+/// Runs all trials and returns the best `keep` hypotheses, best first; ties go to the lower trial.
 ///
-/// Poses that the metric takes for none ([`Score::WORST`]) are left out. The result does not depend on the number of
-/// threads.
+/// Poses that the metric rejects ([`Score::WORST`]) are left out. The result does not depend on the number of threads.
 #[must_use]
 pub fn sample(
     generator: &dyn HypothesisGenerator,
@@ -77,7 +76,8 @@ pub fn sample(
     sample_all(generator, &[metric], evidence, keep).remove(0)
 }
 
-/// The same for several metrics at once, one ranking each: every pose is proposed once and scored by all of them.
+/// Runs all trials for several metrics at once, with one ranking each: every pose is proposed once and scored by all of
+/// them.
 #[must_use]
 pub fn sample_all(
     generator: &dyn HypothesisGenerator,
@@ -98,13 +98,13 @@ pub fn sample_all(
     found.ranked.into_iter().map(sorted).collect()
 }
 
-/// Best first. The order of the sum of all batches is settled by score and trial alone.
+/// Sorts best first. The order of all batches together is determined by score and trial alone.
 fn sorted(mut hypotheses: Vec<Hypothesis>) -> Vec<Hypothesis> {
     hypotheses.par_sort_unstable_by(Hypothesis::best_first);
     hypotheses
 }
 
-/// What one pass through the loop works on.
+/// The input of one pass through the loop.
 struct Run<'a> {
     generator: &'a dyn HypothesisGenerator,
     metrics: &'a [&'a dyn Metric],
@@ -114,16 +114,16 @@ struct Run<'a> {
 
 /// What some trials have found.
 struct Found {
-    /// For each metric, in no particular order.
+    /// One list for each metric, in no particular order.
     ranked: Vec<Vec<Hypothesis>>,
-    /// Of the pose that has most, whatever the metrics say, so that they all see the same poses; counted for the
-    /// stopping rule only.
+    /// Of the pose that has most, whatever the metrics say, so that they all see the same poses; counted only for the
+    /// stopping rule.
     inliers: usize,
     samples: u64,
 }
 
 impl Run<'_> {
-    /// With room for so many hypotheses a metric.
+    /// Returns an empty result with room for this many hypotheses per metric.
     fn nothing(&self, room: usize) -> Found {
         let ranked = self.metrics.iter().map(|_| Vec::with_capacity(room)).collect();
         Found { ranked, inliers: 0, samples: 0 }
@@ -195,7 +195,7 @@ impl Found {
 mod tests {
     use super::*;
 
-    /// Trial `i` proposes a shift by `script[i]`, or nothing.
+    /// Trial `i` proposes a translation by `script[i]`, or nothing.
     struct Script(Vec<Option<f64>>);
     impl HypothesisGenerator for Script {
         fn trials(&self) -> u64 {
@@ -206,7 +206,7 @@ mod tests {
         }
     }
 
-    /// Scores a shift by itself.
+    /// Scores a translation by its x component.
     struct Shift;
     impl Metric for Shift {
         fn score(&self, _: &Evidence, pose: &RigidTransform) -> Score {
@@ -236,7 +236,7 @@ mod tests {
         assert_eq!(trials(vec![Some(f64::NAN), Some(-3.0), Some(-2.0)], 3), [2, 1]);
     }
 
-    /// Scores a shift by how short it is.
+    /// Scores a translation by how short it is.
     struct Still;
     impl Metric for Still {
         fn score(&self, _: &Evidence, pose: &RigidTransform) -> Score {
@@ -259,7 +259,7 @@ mod tests {
         assert!(both[0][0].trial != both[1][0].trial && sample_all(&script, &[], &none, 9).is_empty());
     }
 
-    /// Proposes a shift by the trial's number after two samples in vain; trial 300 hits.
+    /// Proposes a translation by the trial's number after two futile samples; trial 300 hits.
     struct Counted {
         trials: u64,
         stop: AdaptiveStop,
@@ -282,12 +282,13 @@ mod tests {
 
     #[test]
     fn sampling_stops_at_the_end_of_a_round_once_enough_is_drawn() {
-        // 10 of 100 pairs agree with trial 300: 9305 samples are needed, which is 3102 trials of three, in rounds 3328.
+        // 10 of 100 pairs agree with trial 300: 9305 samples are needed, which is 3102 trials of three samples, or 3328
+        // in whole rounds.
         let pairs = (0..100).map(|i| ([i as f32, 0.0, 0.0], [i as f32, if i < 10 { 0.0 } else { 500.0 }, 0.0]));
         let evidence = Evidence::new(pairs);
         for (trials, expected) in [(100_000, 3327), (2000, 1999)] {
             let generator = Counted { trials, stop: AdaptiveStop::new(0.999, 7.5, 3) };
-            // The largest shift is that of the last trial.
+            // The largest translation is that of the last trial.
             let last = |threads| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 pool.install(|| sample(&generator, &Shift, &evidence, 1)[0].trial)

@@ -1,8 +1,9 @@
 //! Poses from groups of correspondences around reliable ones.
 //!
-//! SC²-PCR (Chen et al. 2022): the leading eigenvector of the compatibility matrix says how reliable each correspondence
-//! is; the most reliable ones, spread over the scan, are the seeds. Each gathers the correspondences with which it shares
-//! most neighbours, twice, and the group is fitted with the leading eigenvector of its own matrix as weights.
+//! SC²-PCR (Chen et al. 2022): the leading eigenvector of the compatibility matrix tells how reliable each
+//! correspondence is; the most reliable ones, spread over the scan, are the seeds. Each gathers, in two steps, the
+//! correspondences with which it shares most neighbours, and the group is fitted with the leading eigenvector of its
+//! own matrix as weights.
 
 use crate::graph::ones;
 use crate::{Graph, HypothesisGenerator};
@@ -11,27 +12,27 @@ use congruent_metrics::Evidence;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// Power iterations; the value of the authors' code.
+/// Number of power iterations; the value of the authors' code.
 const POWER_ITERATIONS: usize = 10;
-/// Shared neighbours are counted in a graph with this share of the tolerance.
+/// Shared neighbours are counted in a graph with this fraction of the tolerance.
 const TIGHT: f64 = 0.5;
 
 /// How seeds are chosen and what they gather; lengths in data units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeedRule {
-    /// That of the graph: the weight of an edge falls to zero at this difference of lengths.
+    /// Tolerance of the graph: the weight of an edge falls to zero at this difference of lengths.
     pub tolerance: f64,
-    /// The source points of two seeds are farther apart than this.
+    /// Distance that the source points of two seeds must exceed.
     pub separation: f64,
-    /// Seeds as a share of the correspondences, at most.
+    /// Maximum number of seeds as a fraction of the correspondences.
     pub share: f64,
-    /// What a seed gathers first, itself included.
+    /// Number of correspondences that a seed gathers first, itself included.
     pub gathered: usize,
-    /// What is kept of that for the fit, itself included.
+    /// Number of those that are kept for the fit, the seed included.
     pub kept: usize,
 }
 
-/// Proposes one pose a seed.
+/// Proposes one pose per seed.
 pub struct Seeds<'a> {
     evidence: Cow<'a, Evidence>,
     graph: Graph,
@@ -41,7 +42,7 @@ pub struct Seeds<'a> {
 }
 
 impl<'a> Seeds<'a> {
-    /// Chooses the seeds in the graph, which is one of `evidence`.
+    /// Chooses the seeds in the graph, which must be that of `evidence`.
     #[must_use]
     pub fn new(evidence: Cow<'a, Evidence>, graph: Graph, rule: SeedRule) -> Self {
         let tight = graph.filtered(|i, j| difference(&evidence, i, j) <= TIGHT * rule.tolerance);
@@ -49,13 +50,13 @@ impl<'a> Seeds<'a> {
         Seeds { evidence, graph, tight, seeds, rule }
     }
 
-    /// The seed and the neighbours with which it shares most neighbours.
+    /// Returns the seed and the neighbours with which it shares most neighbours.
     fn gathered(&self, seed: usize) -> Vec<usize> {
         let shared = ones(self.graph.row(seed)).map(|j| (self.tight.common(seed, j), j)).collect();
         with_best(seed, shared, self.rule.gathered)
     }
 
-    /// The same, counting only neighbours that were gathered too.
+    /// Selects from the gathered ones in the same way, counting only neighbours that were gathered, too.
     fn kept(&self, gathered: &[usize]) -> Vec<usize> {
         let seed = gathered[0];
         let joined = |i: usize, j: usize| self.graph.row(i)[j / 64] >> (j % 64) & 1 == 1;
@@ -84,26 +85,26 @@ impl HypothesisGenerator for Seeds<'_> {
     }
 }
 
-/// The seed first, then the best of the others by count, of equals the earlier; `n` in all.
+/// Returns the seed first, then the others with the highest counts, ties going to the earlier; `n` in all.
 fn with_best(seed: usize, mut others: Vec<(u32, usize)>, n: usize) -> Vec<usize> {
     others.sort_unstable_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(&b.1)));
     std::iter::once(seed).chain(others.into_iter().map(|(_, j)| j)).take(n.max(1)).collect()
 }
 
-/// By how much two correspondences differ in their distance.
+/// Returns the difference between the distances of two correspondences in source and target.
 fn difference(evidence: &Evidence, i: usize, j: usize) -> f64 {
     let in_source = (evidence.source(i) - evidence.source(j)).norm();
     let in_target = (evidence.target(i) - evidence.target(j)).norm();
     (in_source - in_target).abs()
 }
 
-/// How well two correspondences go together, 0 to 1.
+/// Returns how compatible two correspondences are, 0 to 1.
 fn weight(evidence: &Evidence, i: usize, j: usize, tolerance: f64) -> f64 {
     let u = difference(evidence, i, j) / tolerance;
     (1.0 - u * u).max(0.0)
 }
 
-/// The leading eigenvector of the weighted graph.
+/// Returns the leading eigenvector of the weighted graph.
 fn reliability(evidence: &Evidence, graph: &Graph, tolerance: f64) -> Vec<f64> {
     let weights = |i: usize| ones(graph.row(i)).map(|j| weight(evidence, i, j, tolerance) as f32).collect();
     let rows: Vec<Vec<f32>> = (0..graph.len()).into_par_iter().map(weights).collect();
@@ -111,7 +112,8 @@ fn reliability(evidence: &Evidence, graph: &Graph, tolerance: f64) -> Vec<f64> {
     leading_eigenvector(graph.len(), |v| (0..graph.len()).into_par_iter().map(|i| row_times(i, v)).collect())
 }
 
-/// Of a matrix without negative entries, by power iterations; zeros where the matrix is zero.
+/// Returns the leading eigenvector of a matrix without negative entries, by power iterations; zeros if the matrix is
+/// zero.
 fn leading_eigenvector(n: usize, times: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64> {
     let mut vector = vec![1.0; n];
     for _ in 0..POWER_ITERATIONS {
@@ -124,7 +126,7 @@ fn leading_eigenvector(n: usize, times: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64>
     vector
 }
 
-/// The most reliable first, each away from those before it.
+/// Returns the most reliable correspondences first, each separated from those before it.
 fn seeds(evidence: &Evidence, reliability: &[f64], rule: &SeedRule) -> Vec<usize> {
     let limit = (rule.share.clamp(0.0, 1.0) * reliability.len() as f64).ceil() as usize;
     let mut ranked: Vec<usize> = (0..reliability.len()).filter(|&i| reliability[i] > 0.0).collect();
@@ -189,8 +191,8 @@ mod tests {
         // Eigenvalues 3 and 1.
         let v = leading_eigenvector(2, |v| vec![2.0 * v[0] + v[1], v[0] + 2.0 * v[1]]);
         assert!((v[0] - 0.5f64.sqrt()).abs() < 1e-12 && (v[0] - v[1]).abs() < 1e-12);
-        // A star of three leaves and a node alone: the hub has √3 times the weight of a leaf, but the signs of a
-        // bipartite graph do not settle; a loop at each node settles them.
+        // A star of three leaves and an isolated node: the hub has √3 times the weight of a leaf, but in a bipartite
+        // graph the iteration does not converge; a loop at each node makes it converge.
         let star = |v: &[f64]| vec![v[0] + v[1] + v[2] + v[3], v[0] + v[1], v[0] + v[2], v[0] + v[3], 0.0];
         let v = leading_eigenvector(5, star);
         assert!((v[0] / v[1] - 3f64.sqrt()).abs() < 1e-4 && v[4] == 0.0, "{v:?}");

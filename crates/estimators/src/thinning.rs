@@ -1,20 +1,21 @@
-//! No more correspondences than a compatibility graph can bear.
+//! Limits the correspondences to what a compatibility graph can handle.
 //!
-//! Right correspondences are all compatible with each other, so the edges grow with the square of their number, and the work
-//! on shared neighbours with the cube; far fewer than all of them show the pose as well.
+//! Right correspondences are all compatible with each other, so the number of edges grows with the square of their
+//! number, and the work on shared neighbours with the cube; far fewer than all of them show the pose as well.
 
 use crate::{Compatibility, Graph};
 use congruent_metrics::Evidence;
 use std::borrow::Cow;
 
-/// So many correspondences are never too many: all of them compatible, they have some eight million edges …
+/// This many correspondences are never too many: if all are compatible, they have some eight million edges …
 const ALWAYS: usize = 4000;
-/// … and of more correspondences those are taken that have about as many.
+/// … and larger sets are thinned to about as many.
 const MOST_EDGES: f64 = 8e6;
-/// Correspondences among which edges are counted first.
+/// Number of correspondences among which edges are counted first.
 const PROBED: usize = 2000;
 
-/// All correspondences, or every so manieth where their graph would have more than some eight million edges.
+/// Returns all correspondences, or an evenly spread part of them if their graph would have more than some eight million
+/// edges.
 pub(crate) fn of_few_edges<'a>(evidence: &'a Evidence, rule: &Compatibility) -> Cow<'a, Evidence> {
     let n = evidence.len();
     if n <= ALWAYS {
@@ -30,7 +31,7 @@ pub(crate) fn of_few_edges<'a>(evidence: &'a Evidence, rule: &Compatibility) -> 
     Cow::Owned(evidence.chosen(&evenly(n, ALWAYS.max(bearable as usize))))
 }
 
-/// So many of `n`, evenly spread: the order may be one of quality, or of places.
+/// Returns `count` of `n` positions, evenly spread, since the order may be one of quality or of position.
 fn evenly(n: usize, count: usize) -> Vec<usize> {
     (0..count).map(|i| i * n / count).collect()
 }

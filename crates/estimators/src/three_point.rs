@@ -1,4 +1,4 @@
-//! Plain RANSAC: three random correspondences make a pose.
+//! Plain RANSAC: three random correspondences determine a pose.
 
 use crate::prosac::{Order, Triples};
 use crate::{AdaptiveStop, Drawn, HypothesisGenerator};
@@ -7,15 +7,16 @@ use congruent_geometry::{RigidTransform, fit_three};
 use congruent_metrics::Evidence;
 use nalgebra::Vector3;
 
-/// Unusable samples are drawn again, at most this often, and do not count as trials.
+/// Maximum number of draws per trial: unusable samples are drawn again and do not count as trials.
 const MAX_REDRAWS: u64 = 100;
 
-/// Which samples are usable and in which order they come. The default takes all in any order, as the paper does.
+/// Which samples are usable, and the order in which they are drawn. The default accepts all in any order, as in the
+/// paper.
 #[derive(Clone, Debug, Default)]
 pub struct TripleRule {
-    /// The shorter of two corresponding edges is at least this share of the longer; zero takes all.
+    /// Minimum ratio of the shorter of two corresponding edges to the longer; zero accepts all.
     pub min_edge_ratio: f64,
-    /// Edges in the source are longer than this, data units; zero takes all.
+    /// Length that edges in the source must exceed, data units; zero accepts all.
     pub min_spread: f64,
     /// The order of drawing.
     pub order: Order,
@@ -34,24 +35,24 @@ impl TripleRule {
 
 /// Poses from three different correspondences each (Fischler and Bolles 1981).
 ///
-/// Three that share a point, that lie on a line in either cloud, or that break the rule, are drawn again.
+/// Three that share a point, that lie on a line in either cloud, or that violate the rule, are drawn again.
 pub struct ThreePoint<'a> {
     evidence: &'a Evidence,
     rule: TripleRule,
-    /// Nothing for fewer than three pairs.
+    /// `None` for fewer than three pairs.
     triples: Option<Triples>,
     trials: u64,
     seed: u64,
 }
 
 impl<'a> ThreePoint<'a> {
-    /// Draws evenly from `evidence`; fewer than three pairs propose nothing.
+    /// Draws uniformly from `evidence`; fewer than three pairs propose nothing.
     #[must_use]
     pub fn new(evidence: &'a Evidence, trials: u64, seed: u64) -> Self {
         ThreePoint::with_rule(evidence, TripleRule::default(), trials, seed)
     }
 
-    /// The same under a rule.
+    /// Draws from `evidence` under a rule; fewer than three pairs propose nothing.
     #[must_use]
     pub fn with_rule(evidence: &'a Evidence, rule: TripleRule, trials: u64, seed: u64) -> Self {
         let n = u32::try_from(evidence.len()).ok().filter(|&n| n >= 3);

@@ -1,4 +1,4 @@
-//! 2SAC-GC: two correspondences with reference axes make a pose, if they keep what a rigid motion keeps.
+//! 2SAC-GC: two correspondences with reference axes determine a pose, if they preserve what a rigid motion preserves.
 
 use crate::HypothesisGenerator;
 use crate::draws::two_of;
@@ -8,18 +8,19 @@ use congruent_geometry::random::Stream;
 use congruent_metrics::Evidence;
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-/// Rejected samples are drawn again, at most this often, and do not count as trials. With few inliers one sample in fifty
-/// passes the constraints.
+/// Maximum number of draws per trial: rejected samples are drawn again and do not count as trials. With few inliers one
+/// sample in fifty passes the constraints.
 const MAX_REDRAWS: u64 = 1000;
-/// The axes must stand off the line between the points by at least this (a sine), or the turn about it is open.
+/// Minimum sine of the angle between the axes and the line between the points; below it, the rotation about the line is
+/// undetermined.
 const MIN_SINE: f64 = 0.1;
 
-/// The global constraints: what a rigid motion keeps.
+/// The global constraints: what a rigid motion preserves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairRule {
-    /// The distances between the two points may differ by this much, data units.
+    /// Maximum difference of the distances between the two points, data units.
     pub length_tolerance: f64,
-    /// The angles between the two axes may differ by this much, radians; π lets everything pass.
+    /// Maximum difference of the angles between the two axes, radians; π accepts everything.
     pub max_angle: f64,
 }
 
@@ -32,8 +33,8 @@ impl PairRule {
     }
 }
 
-/// Poses from two different correspondences each that keep their distance and the angle of their axes. Pairs without
-/// frames are left out.
+/// Poses from two different correspondences each that preserve their distance and the angle of their axes. Pairs
+/// without frames are left out.
 pub struct TwoPoint {
     pairs: Vec<FramedPair>,
     rule: PairRule,
@@ -64,11 +65,11 @@ impl HypothesisGenerator for TwoPoint {
     }
 }
 
-/// The pose that lays line onto line, middle onto middle and, about the line, axes onto axes. It depends on no unit of
-/// length. `None` where the points coincide or the axes run along the line.
+/// Returns the pose that aligns line with line, midpoint with midpoint and, about the line, axes with axes. It does not
+/// depend on the unit of length. `None` if the points coincide or the axes run along the line.
 fn fit(a: &FramedPair, b: &FramedPair) -> Option<RigidTransform> {
     let (in_source, in_target) = (Line::of(&a.source, &b.source)?, Line::of(&a.target, &b.target)?);
-    // The same axis in both clouds: the first one, or the sum where that stands off the line farther.
+    // The same axis in both clouds: the first one, or the sum if that is farther off the line.
     let lesser = |pick: fn(&Line) -> Vector3<f64>| pick(&in_source).norm().min(pick(&in_target).norm());
     let pick: fn(&Line) -> Vector3<f64> =
         if lesser(|line| line.sum) > lesser(|line| line.first) { |line| line.sum } else { |line| line.first };
@@ -82,12 +83,12 @@ fn fit(a: &FramedPair, b: &FramedPair) -> Option<RigidTransform> {
     Some(RigidTransform::from_parts(Translation3::from(shift), rotation))
 }
 
-/// The line between two points, and what of their axes is across it.
+/// The line between two points, and the components of their axes perpendicular to it.
 struct Line {
     direction: Vector3<f64>,
-    /// Of the first point's axis.
+    /// Component of the first point's axis.
     first: Vector3<f64>,
-    /// Of the sum of both axes.
+    /// Component of the sum of both axes.
     sum: Vector3<f64>,
 }
 
@@ -98,7 +99,7 @@ impl Line {
         Some(Line { direction, first: across(a.z()), sum: across(a.z() + b.z()) })
     }
 
-    /// Right-handed, as columns: along the line, across it, and at right angles to both.
+    /// Returns right-handed axes, as columns: along the line, across it, and perpendicular to both.
     fn axes(&self, across: &Vector3<f64>) -> Matrix3<f64> {
         let across = across.normalize();
         Matrix3::from_columns(&[self.direction, across, self.direction.cross(&across)])
@@ -121,7 +122,7 @@ mod tests {
         let generator = TwoPoint::new(&evidence, rule(7.5), 100, 2);
         for trial in 0..100 {
             let pose = generator.propose(trial).unwrap();
-            // Points are stored in f32; the shortest lines here are a few units long.
+            // Points are stored in `f32`; the shortest lines here are a few units long.
             assert!(angle_between(&pose, &truth) < 1e-4, "trial {trial}");
             assert!(pose.translation.vector.norm() < 1e-2);
         }
@@ -148,7 +149,7 @@ mod tests {
         }
     }
 
-    /// A point on the x axis whose z axis leans by `lean` from the y towards the z direction.
+    /// A point on the x axis whose z axis is tilted by `lean` from the y towards the z direction.
     fn at(x: f64, lean: f64) -> FramedPoint {
         let z = Vector3::new(0.0, lean.cos(), lean.sin());
         let x_axis = Vector3::x();
@@ -190,7 +191,7 @@ mod tests {
         // One axis across the line is enough, and so is the other one.
         assert!(fit(&same(along(0.0)), &same(at(9.0, 0.0))).is_some());
         assert!(fit(&same(at(0.0, 0.0)), &same(along(9.0))).is_some());
-        // Opposite axes cancel in the sum, not in the first.
+        // Opposite axes cancel in the sum, but not in the first.
         assert!(fit(&same(at(0.0, 0.0)), &same(at(9.0, std::f64::consts::PI))).is_some());
     }
 

@@ -1,4 +1,5 @@
-//! Every estimator with every metric finds a known pose, forwards and backwards, among as many wrong pairs as right ones.
+//! Every estimator with every metric finds a known pose, forwards and backwards, among as many wrong pairs as right
+//! ones.
 
 use congruent_estimators::{EstimatorConfig, sample_all};
 use congruent_geometry::random::Stream;
@@ -8,12 +9,12 @@ use congruent_simulation::correspondences::{CorrespondenceScene, Correspondences
 use nalgebra::{Matrix3, Vector3};
 
 /// The paper's limit for a right pose, in pr. Right pairs are off by 2.6 pr (root mean square); the inlier count, which
-/// does not tell a loose inlier from a tight one, comes closest to the limit.
+/// does not distinguish a loose inlier from a tight one, comes closest to the limit.
 const MAX_DISPLACEMENT: f64 = 2.5;
-/// Frames of right pairs are off by this angle, at a right angle to a random direction, degrees.
+/// Error of the frames of right pairs: a rotation by this angle about a random axis, degrees.
 const FRAME_ERROR_DEG: f64 = 1.0;
 
-/// Points of each cloud: dense metrics are slow.
+/// Number of points of each cloud: dense metrics are slow.
 const N_SURFACE: usize = 300;
 
 const ESTIMATORS: [&str; 11] = [
@@ -49,7 +50,7 @@ const METRICS: [&str; 16] = [
     "[soft-overlap]",
 ];
 
-/// Two clouds, pairs with frames, and the pose that belongs to them.
+/// Two clouds, pairs with frames, and the true pose.
 struct Case {
     source: Surface,
     target: Surface,
@@ -96,7 +97,7 @@ fn surface(points: Vec<Point>) -> Surface {
     Surface::new(points, normals, index, 1.0)
 }
 
-/// Frames that follow the truth up to a small turn at right pairs, and anything elsewhere.
+/// Frames that follow the truth up to a small rotation at right pairs, and arbitrary ones elsewhere.
 fn frames(pairs: &Correspondences) -> Vec<Option<(Matrix3<f64>, Matrix3<f64>)>> {
     let truth = pairs.truth.rotation.to_rotation_matrix();
     let frame = |(i, kind): (u64, &PairKind)| {

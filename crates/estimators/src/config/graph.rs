@@ -1,4 +1,4 @@
-//! What a user may say about the estimators that work on the compatibility graph.
+//! User settings for the estimators that work on the compatibility graph.
 
 use crate::thinning::of_few_edges;
 use crate::{Cliques, Compatibility, Graph, Pivots, Pruning, SeedRule, Seeds};
@@ -11,17 +11,17 @@ use std::borrow::Cow;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct GraphConfig {
-    /// Distances in the two scans may differ by this much.
+    /// Maximum difference of the distance between two correspondences in the two scans.
     pub tolerance: Length,
-    /// Correspondences closer than this are not compared.
+    /// Correspondences closer together than this are not joined.
     pub min_distance: Length,
-    /// The angle between two normals may differ by this much, radians.
+    /// Maximum difference of the angle between two normals in the two scans, radians.
     #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub max_angle: f64,
-    /// The cosine between a normal and the line to the other point may differ by this much.
+    /// Maximum difference of the cosine between a normal and the line to the other point in the two scans.
     #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub max_cosine: f64,
-    /// What is taken off the graph first.
+    /// What is removed from the graph first.
     pub pruning: Pruning,
 }
 
@@ -29,7 +29,7 @@ pub struct GraphConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct PivotsConfig {
-    /// At most this many pivots; each proposes two poses.
+    /// Maximum number of pivots; each proposes two poses.
     #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub pivots: usize,
     /// Which correspondences are joined.
@@ -40,15 +40,15 @@ pub struct PivotsConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct SeedsConfig {
-    /// The source points of two seeds are farther apart than this.
+    /// Distance that the source points of two seeds must exceed.
     pub separation: Length,
-    /// Seeds as a share of the correspondences, at most; each proposes one pose.
+    /// Maximum number of seeds as a fraction of the correspondences; each proposes one pose.
     #[serde(deserialize_with = "congruent_geometry::numbers::share")]
     pub share: f64,
-    /// Correspondences that a seed gathers, itself included.
+    /// Number of correspondences that a seed gathers, itself included.
     #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<3, _, _>")]
     pub gathered: usize,
-    /// How many of those are fitted.
+    /// Number of those that are fitted.
     #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<3, _, _>")]
     pub kept: usize,
     /// Which correspondences are joined; shared neighbours are counted with half of its tolerance.
@@ -59,7 +59,7 @@ pub struct SeedsConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct CliquesConfig {
-    /// Branches of the search that are followed to their end, for each correspondence.
+    /// Number of branches of the search that are followed to their end, for each correspondence.
     #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub branches: usize,
     /// Which correspondences are joined.
@@ -85,7 +85,7 @@ impl Default for PivotsConfig {
 }
 
 impl Default for SeedsConfig {
-    /// Numbers of the authors for FPFH-like descriptors; they separate seeds by the tolerance.
+    /// Returns the authors' numbers for FPFH-like descriptors; they separate seeds by the tolerance.
     fn default() -> Self {
         let graph = GraphConfig::default();
         SeedsConfig { separation: graph.tolerance, share: 0.2, gathered: 30, kept: 20, graph }
@@ -99,7 +99,7 @@ impl Default for CliquesConfig {
 }
 
 impl GraphConfig {
-    /// Of these correspondences, or of a share of them that can be dealt with, for clouds of this resolution.
+    /// Builds the graph of these correspondences, or of a manageable subset of them, for clouds of this resolution.
     fn build<'a>(&self, evidence: &'a Evidence, resolution: f64) -> (Cow<'a, Evidence>, Graph) {
         let rule = Compatibility {
             tolerance: self.tolerance.resolve(resolution),
