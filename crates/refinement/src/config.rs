@@ -1,13 +1,13 @@
-//! What a user may say about the last refinement.
+//! User settings for the final refinement.
 
 use crate::{Freedom, Gicp, NoRefinement, PointToPlane, Refiner, Schedule};
 use congruent_geometry::Length;
 use serde::{Deserialize, Serialize};
 
-/// A step below this many `pr` ends a refinement.
+/// A step shorter than this many `pr` ends a refinement.
 const TOLERANCE_PR: f64 = 0.002;
 
-/// What is done to the chosen pose.
+/// The refinement of the chosen pose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RefinementConfig {
@@ -23,17 +23,17 @@ pub enum RefinementConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct PointToPlaneConfig {
-    /// Pairs farther apart are ignored at first …
+    /// Distance above which pairs are ignored at first …
     pub start_radius: Length,
     /// … and at the end.
     pub end_radius: Length,
-    /// Distance to the tangent plane at which a pair counts half.
+    /// Distance to the tangent plane at which the weight of a pair is one half.
     pub scale: Length,
-    /// At most so many rounds.
+    /// Maximum number of rounds.
     pub rounds: usize,
-    /// Points of the source that are used in a round.
+    /// Maximum number of source points used in a round.
     pub points: usize,
-    /// Normals must agree at least so well (cosine).
+    /// Minimum agreement of the normals (cosine).
     #[serde(deserialize_with = "congruent_geometry::numbers::cosine")]
     pub min_normal_cosine: f64,
 }
@@ -42,26 +42,26 @@ pub struct PointToPlaneConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct GicpConfig {
-    /// Pairs farther apart are ignored at first …
+    /// Distance above which pairs are ignored at first …
     pub start_radius: Length,
     /// … and at the end.
     pub end_radius: Length,
-    /// Distance to the tangent plane at which a pair counts half.
+    /// Distance to the tangent plane at which the weight of a pair is one half.
     pub scale: Length,
-    /// At most so many rounds.
+    /// Maximum number of rounds.
     pub rounds: usize,
-    /// Points of the source that are used in a round.
+    /// Maximum number of source points used in a round.
     pub points: usize,
-    /// Normals must agree at least so well (cosine).
+    /// Minimum agreement of the normals (cosine).
     #[serde(deserialize_with = "congruent_geometry::numbers::cosine")]
     pub min_normal_cosine: f64,
-    /// Variance of a point along its normal, for a variance of one along the surface.
+    /// Variance of a point along its normal, relative to a variance of one along the surface.
     #[serde(deserialize_with = "congruent_geometry::numbers::positive")]
     pub flatness: f64,
 }
 
 impl RefinementConfig {
-    /// The refiner, which makes the allowed motions only; `resolution` is what `pr` means, data units.
+    /// Builds the refiner, restricted to the allowed motions; `resolution` is the meaning of `pr` in data units.
     #[must_use]
     pub fn build(&self, resolution: f64, freedom: Freedom) -> Box<dyn Refiner> {
         match self {
@@ -100,7 +100,7 @@ impl Default for GicpConfig {
 }
 
 impl PointToPlaneConfig {
-    /// With lengths in data units.
+    /// Builds the refiner, with lengths in data units.
     #[must_use]
     pub fn build(&self, resolution: f64) -> PointToPlane {
         let length = |length: Length| length.resolve(resolution);
@@ -120,7 +120,7 @@ impl PointToPlaneConfig {
 }
 
 impl GicpConfig {
-    /// With lengths in data units.
+    /// Builds the refiner, with lengths in data units.
     #[must_use]
     pub fn build(&self, resolution: f64) -> Gicp {
         let GicpConfig { start_radius, end_radius, scale, rounds, points, min_normal_cosine, flatness } = *self;

@@ -1,4 +1,4 @@
-//! The loop that all members share: pair, solve, move, with a shrinking search radius and robust weights.
+//! The loop that all refiners share: pair, solve, move, with a shrinking search radius and robust weights.
 
 use crate::equations::{Equations, applied};
 use crate::pairing::{Every, Pairing};
@@ -9,44 +9,44 @@ use congruent_geometry::{LastSeen, RigidTransform, Surface, wide};
 use nalgebra::Vector6;
 use rayon::prelude::*;
 
-/// Points whose sums one thread makes at a time; fixed, so that the order of additions is too.
+/// Number of points whose sums one thread forms at a time; fixed, so that the order of additions is, too.
 const CHUNK: usize = 1024;
-/// Share of the rounds over which the radius shrinks.
+/// Fraction of the rounds over which the radius shrinks.
 const SHRINKING: f64 = 0.7;
-/// The robust support of a pose may not fall below this share of what it was.
+/// Fraction of its initial value below which the robust support of a pose must not fall.
 const MIN_SUPPORT: f64 = 0.999;
 
-/// How far a refinement looks, and how long; lengths in data units.
+/// How far a refinement searches, and how long; lengths in data units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Schedule {
-    /// Pairs farther apart are ignored at first …
+    /// Distance above which pairs are ignored at first …
     pub start_radius: f64,
     /// … and at the end.
     pub end_radius: f64,
-    /// Distance to the tangent plane at which a pair counts half (Cauchy).
+    /// Distance to the tangent plane at which the weight of a pair is one half (Cauchy).
     pub scale: f64,
-    /// At most so many.
+    /// Maximum number of rounds.
     pub rounds: usize,
-    /// Points of the source that are used in a round, spread evenly over its order.
+    /// Maximum number of source points used in a round, spread evenly over the order of the source.
     pub max_points: usize,
-    /// Normals must agree at least so well (cosine).
+    /// Minimum agreement of the normals (cosine).
     pub min_normal_cosine: f64,
-    /// A step below this many data units (at the rim of the surface) ends it.
+    /// A step shorter than this many data units (at the rim of the surface) ends the refinement.
     pub tolerance: f64,
-    /// The motions that it may make.
+    /// The allowed motions.
     pub freedom: Freedom,
 }
 
-/// What is added to the equations for touching pairs.
+/// The contribution of touching pairs to the equations.
 pub(crate) trait Distance: Sync {
-    /// What the standard deviations that the distances tell are taken times. Closest points and normals err in ways that
-    /// distances do not show; measured on simulated pairs, whose poses are known.
+    /// Factor by which the standard deviations derived from the distances are multiplied. Closest points and normals
+    /// have errors that distances do not show; measured on simulated pairs, whose poses are known.
     const UNSEEN: f64;
 
     fn add(&self, equations: &mut Equations, touches: &Touches);
 }
 
-/// Two surfaces, and who finds the closest points of the second.
+/// Two surfaces, and the search for closest points of the second.
 #[derive(Clone, Copy)]
 pub(crate) struct Scene<'a> {
     pub(crate) source: &'a Surface,
@@ -55,8 +55,9 @@ pub(crate) struct Scene<'a> {
 }
 
 impl Schedule {
-    /// For a pose that is only roughly right, from one radius to another: pairs count half at half the end radius, normals may
-    /// differ by 60 degrees, and steps below a fiftieth of `resolution` end it. Lengths in data units.
+    /// Returns the schedule for a pose that is only roughly right, from one radius to another: pairs have half the
+    /// weight at half the end radius, normals may differ by 60 degrees, and steps below a fiftieth of `resolution` end
+    /// it. Lengths in data units.
     #[must_use]
     pub fn rough([start_radius, end_radius]: [f64; 2], resolution: f64, freedom: Freedom) -> Schedule {
         Schedule {
@@ -71,11 +72,11 @@ impl Schedule {
         }
     }
 
-    /// Moves, and says how good the end is; the start is kept where the surfaces lose touch.
+    /// Refines a pose and measures the result; the start is kept if the surfaces lose contact.
     pub(crate) fn refine<D: Distance>(&self, scene: Scene<'_>, distance: &D, start: &RigidTransform) -> Refinement {
         let at_the_end = |pose: &RigidTransform| self.pairing(scene, pose, self.end_radius);
         let mut subsets = self.subsets(scene);
-        // What the first subset sees is remembered from the start over the descent to the end.
+        // What the first subset sees is remembered from the start, through the descent, to the end.
         let before = subsets[0].sums(&at_the_end(start), distance);
         let end = self.descent(scene, distance, start, &mut subsets);
         let after = subsets[0].sums(&at_the_end(&end), distance);
@@ -85,7 +86,7 @@ impl Schedule {
         Refinement { uncertainty: known.map(|known| known.widened(D::UNSEEN)), ..self.refinement(pose, &equations) }
     }
 
-    /// Moves, and nothing else.
+    /// Refines a pose without measuring the result.
     pub(crate) fn descend(&self, scene: Scene<'_>, distance: &impl Distance, start: &RigidTransform) -> RigidTransform {
         self.descent(scene, distance, start, &mut self.subsets(scene))
     }
@@ -102,7 +103,7 @@ impl Schedule {
         for round in 0..self.rounds {
             let progress = (round as f64 / (SHRINKING * self.rounds as f64)).min(1.0);
             let radius = self.start_radius * (self.end_radius / self.start_radius).powf(progress);
-            // Another subset every time: together they are the whole surface.
+            // A different subset each time: together they are the whole surface.
             let pairing = self.pairing(scene, &pose, radius);
             let subset = &mut subsets[round % self.stride(scene)];
             let Some(step) = subset.sums(&pairing, distance).step(self.freedom) else { break };
@@ -115,7 +116,7 @@ impl Schedule {
         pose
     }
 
-    /// What holds a pose as it is: the pairs within the end radius.
+    /// Measures what holds a pose as it is: the pairs within the end radius.
     pub(crate) fn measure(&self, scene: Scene<'_>, distance: &impl Distance, pose: &RigidTransform) -> Refinement {
         let pairing = self.pairing(scene, pose, self.end_radius);
         self.refinement(*pose, &Subset::new(scene, 0, self.stride(scene)).sums(&pairing, distance))
@@ -133,7 +134,7 @@ impl Schedule {
         }
     }
 
-    /// As many as there are rounds at most, and one at least.
+    /// Returns at most as many subsets as there are rounds, and at least one.
     fn subsets(&self, scene: Scene<'_>) -> Vec<Subset> {
         let stride = self.stride(scene);
         (0..stride.min(self.rounds).max(1)).map(|first| Subset::new(scene, first, stride)).collect()
@@ -149,7 +150,7 @@ impl Schedule {
     }
 }
 
-/// Some points of the source, and what each of them has seen the last time, if anybody remembers it.
+/// Some points of the source, and what each of them saw last, if the search remembers it.
 pub(crate) struct Subset {
     points: Every,
     last: Vec<LastSeen>,
@@ -167,7 +168,7 @@ impl Subset {
         parts.into_iter().fold(Equations::default(), Equations::plus)
     }
 
-    /// What is gathered from the touching points, in parts that do not depend on threads.
+    /// Gathers a value from the touching points, in parts that do not depend on threads.
     pub(crate) fn gathered<T: Default + Send>(
         &mut self,
         pairing: &Pairing<'_>,
@@ -188,7 +189,7 @@ impl Subset {
     }
 }
 
-/// The most that a step moves a point of a source of this reach.
+/// Returns an upper bound of how far a step moves any point of a source with this reach.
 fn movement(step: &Vector6<f64>, pose: &RigidTransform, reach: f64) -> f64 {
     let rotation = step.fixed_rows::<3>(0);
     let of_the_middle = rotation.cross(&pose.translation.vector) + step.fixed_rows::<3>(3);

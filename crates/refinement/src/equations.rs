@@ -8,20 +8,20 @@ use multiversion::multiversion;
 use nalgebra::{Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
 use std::ops::SubAssign;
 
-/// Fewer pairs than this hold no pose.
+/// Minimum number of pairs that hold a pose.
 pub(crate) const MIN_PAIRS: usize = 20;
-/// Added to the diagonal, as a share of the trace.
+/// Added to the diagonal, as a fraction of the trace.
 const DAMPING: f64 = 1e-9;
-/// Stiffness from which a direction may be held, where the normals are noisy: between noisy planes, spheres and cylinders (up
-/// to 0.005) and the loosest right pairs of real scans (from 0.01). See [`Hold::n_free`].
+/// Stiffness from which a direction may be held if the normals are noisy: between noisy planes, spheres and cylinders
+/// (up to 0.005) and the loosest right pairs of real scans (from 0.01). See [`Hold::n_free`].
 pub const MIN_STIFFNESS: f64 = 0.006;
 
-/// `JᵀKJ` and `−JᵀKd` for motions rotation before translation, about the origin of the target frame.
+/// `JᵀKJ` and `−JᵀKd` for motions, rotation before translation, about the origin of the target frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Equations {
-    /// Of the distances to the tangent planes alone: what really holds.
+    /// From the distances to the tangent planes alone, which are what really holds the pose.
     planes: Symmetric6,
-    /// Of other distances that the method looks at instead.
+    /// From the other distances that the method uses instead, if any.
     metric: Option<Symmetric6>,
     gradient: Vector6<f64>,
     pub(crate) n_pairs: usize,
@@ -29,11 +29,11 @@ pub(crate) struct Equations {
     weighted_sq: f64,
     place: Vector3<f64>,
     place_sq: f64,
-    /// Squared sines between the normals of each pair.
+    /// Sum of the squared sines between the normals of each pair.
     disagreement: f64,
 }
 
-/// A symmetric sum; only the lower triangle is added up.
+/// A symmetric sum, of which only the lower triangle is accumulated.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Symmetric6([[f64; 6]; 6]);
 
@@ -52,10 +52,10 @@ impl Symmetric6 {
     }
 }
 
-/// How the place of a point of each pair and its distance along a direction change with each of six motions.
+/// How the position of a point of each pair, and thus its distance along a direction, changes with each of six motions.
 pub(crate) type Rows = [Column; 6];
 
-/// Motions of the points at these places.
+/// Returns the rows of the points at these positions.
 #[inline(always)]
 pub(crate) fn rows(places: &Vectors, directions: &Vectors) -> Rows {
     let [a, b, c] = cross(places.each_ref(), directions.each_ref());
@@ -64,12 +64,12 @@ pub(crate) fn rows(places: &Vectors, directions: &Vectors) -> Rows {
 }
 
 impl Equations {
-    /// Pairs whose distances count along the normal only.
+    /// Adds pairs whose distances count only along the normal.
     pub(crate) fn add_planes(&mut self, touches: &Touches) {
         add_planes(self, touches);
     }
 
-    /// Pairs whose distances count by a metric, of each pair its rows up to the diagonal.
+    /// Adds pairs whose distances count by a metric `k`, given for each pair by its rows up to the diagonal.
     pub(crate) fn add_metric(&mut self, touches: &Touches, k: &[Column; 6]) {
         add_metric(self, touches, k);
     }
@@ -89,12 +89,12 @@ impl Equations {
         self
     }
 
-    /// Of the distances that the method looks at.
+    /// Returns the information of the distances that the method uses.
     pub(crate) fn information(&self) -> Matrix6<f64> {
         self.metric.as_ref().unwrap_or(&self.planes).matrix()
     }
 
-    /// The middle of the pairs and their spread around it.
+    /// Returns the centroid of the pairs and their spread around it.
     pub(crate) fn middle(&self) -> (Vector3<f64>, f64) {
         let middle = self.place / self.weight;
         (middle, (self.place_sq / self.weight - middle.norm_squared()).max(0.0).sqrt())
@@ -113,8 +113,8 @@ impl Equations {
             .with_noise(self.disagreement / self.weight)
     }
 
-    /// The motion that lowers the distances most, of those that the surfaces hold; rotation vector and translation about
-    /// the origin.
+    /// Returns the motion that reduces the distances most, among those that the surfaces hold; rotation vector and
+    /// translation about the origin.
     pub(crate) fn step(&self, freedom: Freedom) -> Option<Vector6<f64>> {
         if self.n_pairs < MIN_PAIRS {
             return None;
@@ -126,8 +126,8 @@ impl Equations {
         step.iter().all(|v| v.is_finite()).then_some(step)
     }
 
-    /// Motions about the origin, a column each, well scaled; those that nothing holds are zero. After Zhang, Kaess and
-    /// Singh (2016), who leave out of a step what the geometry does not determine.
+    /// Returns motions about the origin, one per column, well scaled; those that nothing holds are zero. After Zhang,
+    /// Kaess and Singh (2016), who leave out of a step what the geometry does not determine.
     fn basis(&self, freedom: Freedom) -> Option<Matrix6<f64>> {
         let middle = self.middle().0;
         let mut basis = self.basis_about_middle(freedom)?;
@@ -138,7 +138,7 @@ impl Equations {
         Some(basis)
     }
 
-    /// The same about the middle of the pairs.
+    /// Returns the same motions about the centroid of the pairs.
     pub(crate) fn basis_about_middle(&self, freedom: Freedom) -> Option<Matrix6<f64>> {
         let (hold, (_, spread)) = (self.hold(freedom), self.middle());
         let n_free = hold.n_free(MIN_STIFFNESS);
@@ -150,8 +150,8 @@ impl Equations {
     }
 }
 
-/// As [`Symmetric6::add`]. This and the others are compiled once for each instruction set and chosen at run time; the bits are
-/// the same on all of them.
+/// Adds squares as [`Symmetric6::add`] does. This function and those below are compiled for several instruction sets
+/// and chosen at run time; the bits are the same on all of them.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 fn add_squares(rows: &Rows, weights: &Column, sums: &mut [[f64; 6]; 6]) {
     squares(rows, weights, sums);
@@ -178,7 +178,7 @@ fn add_planes(equations: &mut Equations, touches: &Touches) {
     count(equations, touches);
 }
 
-/// With the Jacobian (−[p]× | I) of the offset of a point p, whose columns turn into products with p.
+/// Uses the Jacobian (−[p]× | I) of the offset of a point p, whose columns turn into products with p.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 fn add_metric(equations: &mut Equations, touches: &Touches, metric: &[Column; 6]) {
     squares(&rows(&touches.moved, &touches.normal), &touches.weight, &mut equations.planes.0);
@@ -231,7 +231,7 @@ fn count(equations: &mut Equations, touches: &Touches) {
     equations.disagreement += dot(weight, &sine_sq);
 }
 
-/// The pose after a small motion about the origin of the target frame.
+/// Returns the pose after a small motion about the origin of the target frame.
 pub(crate) fn applied(step: &Vector6<f64>, pose: &RigidTransform) -> RigidTransform {
     let turn = UnitQuaternion::from_scaled_axis(step.fixed_rows::<3>(0).into_owned());
     let mut moved = RigidTransform::from_parts(Translation3::from(step.fixed_rows::<3>(3).into_owned()), turn) * pose;

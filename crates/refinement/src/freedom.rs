@@ -1,4 +1,4 @@
-//! Which motions a refinement may make.
+//! The motions that a refinement may make.
 
 use nalgebra::{Matrix6, Unit, Vector3};
 
@@ -13,7 +13,7 @@ pub enum Freedom {
 }
 
 impl Freedom {
-    /// How many of the six motions are not allowed.
+    /// Returns how many of the six motions are not allowed.
     pub(crate) fn n_fixed(&self) -> usize {
         match self {
             Freedom::All => 0,
@@ -21,7 +21,7 @@ impl Freedom {
         }
     }
 
-    /// Keeps the allowed part of a motion: rotation before translation, whatever point it is about.
+    /// Returns the projection to the allowed part of a motion: rotation before translation, about any point.
     pub(crate) fn projection(&self) -> Matrix6<f64> {
         let mut projection = Matrix6::identity();
         if let Freedom::About(axis) = self {

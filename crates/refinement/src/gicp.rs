@@ -1,8 +1,8 @@
-//! Generalized ICP (Segal, Haehnel and Thrun 2009): each point is a little disc, and discs are laid on discs.
+//! Generalized ICP (Segal, Haehnel and Thrun 2009): each point is a small disc, and discs are aligned with discs.
 //!
-//! A point's covariance has the eigenvalue 1 along its surface and ε along its normal, so with unit normals *n* (target)
-//! and *m* (source, turned), *c* = *n·m*, the metric `(C_t + R C_s Rᵀ)⁻¹` is
-//! `½I + a(n+m)(n+m)ᵀ + b(n−m)(n−m)ᵀ` with `a, b = (1−ε) / (4(2 − (1−ε)(1±c)))`: no matrix need be inverted.
+//! A point's covariance has the eigenvalue 1 along its surface and ε along its normal, so with unit normals *n*
+//! (target) and *m* (source, rotated), *c* = *n·m*, the metric `(C_t + R C_s Rᵀ)⁻¹` is
+//! `½I + a(n+m)(n+m)ᵀ + b(n−m)(n−m)ᵀ` with `a, b = (1−ε) / (4(2 − (1−ε)(1±c)))`: no matrix needs to be inverted.
 
 use crate::descent::{Distance, Scene};
 use crate::equations::Equations;
@@ -15,14 +15,14 @@ use multiversion::multiversion;
 /// Disc-to-disc ICP.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gicp {
-    /// How far it looks, and how long.
+    /// How far it searches, and how long.
     pub schedule: Schedule,
-    /// ε: variance along the normal for a variance of one along the surface.
+    /// ε: variance along the normal relative to a variance of one along the surface.
     pub flatness: f64,
 }
 
 impl Gicp {
-    /// The same with the allowed motions only.
+    /// Restricts the refiner to the allowed motions.
     #[must_use]
     pub fn within(mut self, freedom: Freedom) -> Self {
         self.schedule.freedom = freedom;
@@ -52,8 +52,8 @@ impl Distance for Discs {
     }
 }
 
-/// `2ε (C_t + R C_s Rᵀ)⁻¹` of each pair, its rows up to the diagonal: squared distances along a shared normal count as they are.
-/// Compiled once for each instruction set and chosen at run time; the bits are the same on all of them.
+/// Computes `2ε (C_t + R C_s Rᵀ)⁻¹` of each pair, its rows up to the diagonal: squared distances along a shared normal
+/// are unchanged. Compiled for several instruction sets and chosen at run time; the bits are the same on all of them.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 fn metrics(touches: &Touches, flatness: f64, metric: &mut [Column; 6]) {
     let thin = 1.0 - flatness;

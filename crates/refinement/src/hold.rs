@@ -1,29 +1,29 @@
-//! How firmly touching surfaces hold a pose: the directions in which they slide on each other.
+//! How firmly touching surfaces hold a pose: the directions in which they slide along each other.
 
 use crate::Freedom;
 use nalgebra::{Matrix3, Matrix6, SymmetricEigen, Vector3, Vector6};
 
-/// The six independent motions of one surface on the other, and how much each would part the surfaces.
+/// The six independent motions of one surface on the other, and how much each would separate the surfaces.
 ///
-/// Motions are measured about the middle of the overlap, rotations in units of its radius, so that the numbers have no
-/// unit: a motion that moves the points by one along their normals everywhere has stiffness one.
+/// Motions are measured about the centroid of the overlap, rotations in units of its radius, so that the numbers are
+/// dimensionless: a motion that moves the points by one along their normals everywhere has stiffness one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hold {
-    /// Mean squared parting of the surfaces for a unit motion, ascending; infinite for one that is not allowed.
+    /// Mean squared separation of the surfaces for a unit motion, ascending; infinite for a motion that is not allowed.
     pub stiffness: [f64; 6],
-    /// Stiffness that a perfect plane would seem to have, because its normals are noisy.
+    /// Stiffness that a perfect plane would appear to have because its normals are noisy.
     pub noise: f64,
     /// The motions: rotation (radians times the overlap's radius) before translation, target frame.
     pub motions: [Vector6<f64>; 6],
 }
 
 impl Hold {
-    /// Nothing holds.
+    /// No direction is held.
     pub const NONE: Hold =
         Hold { stiffness: [0.0; 6], noise: 0.0, motions: [Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0); 6] };
 
-    /// From normal equations about the origin, summed over pairs of this total weight around `middle`. Motions that are
-    /// not allowed have no stiffness.
+    /// Computes the hold from normal equations about the origin, summed over pairs of this total weight around
+    /// `middle`. Motions that are not allowed have no stiffness.
     pub(crate) fn new(
         freedom: Freedom,
         information: &Matrix6<f64>,
@@ -51,7 +51,7 @@ impl Hold {
         }
     }
 
-    /// Motions that are not allowed are held, whatever the surfaces do; they come last.
+    /// Marks motions that are not allowed as held, whatever the surfaces do; they come last.
     pub(crate) fn firm_where_fixed(mut self, freedom: Freedom) -> Hold {
         let n_fixed = freedom.n_fixed();
         // They had no stiffness, so they came first.
@@ -61,15 +61,15 @@ impl Hold {
         self
     }
 
-    /// Adds what the noise of the normals alone would make of a plane, from the mean squared sine between the normals of
-    /// touching points: each of the two normals errs independently in two directions.
+    /// Sets the stiffness that the noise of the normals alone would give to a plane, from the mean squared sine between
+    /// the normals of touching points: each of the two normals has independent errors in two directions.
     pub(crate) fn with_noise(mut self, disagreement: f64) -> Hold {
         self.noise = disagreement / 4.0;
         self
     }
 
-    /// How many of the motions are free: they part the surfaces by less than `stiffness`, and by no more than noisy normals
-    /// would make of a plane; or by next to nothing.
+    /// Returns how many of the motions are free: they separate the surfaces by less than `stiffness`, and by no more
+    /// than noisy normals would give to a plane; or by next to nothing.
     #[must_use]
     pub fn n_free(&self, stiffness: f64) -> usize {
         let limit = (NOISE_MARGIN * self.noise).min(stiffness).max(stiffness * NEXT_TO_NOTHING);
@@ -77,17 +77,17 @@ impl Hold {
     }
 }
 
-/// What the noise is taken times: between planes, spheres and cylinders (up to 1.03) and loose but right pairs of real
+/// Factor applied to the noise: between planes, spheres and cylinders (up to 1.03) and loose but right pairs of real
 /// scans (from 1.17).
 const NOISE_MARGIN: f64 = 1.1;
-/// Share of the least stiffness below which noise need not be asked.
+/// Fraction of the minimum stiffness below which the noise is irrelevant.
 const NEXT_TO_NOTHING: f64 = 0.08;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Normal equations of points with normals, unweighted.
+    /// The hold from the unweighted normal equations of points with normals.
     fn hold_of(freedom: Freedom, points: &[(Vector3<f64>, Vector3<f64>)], shift: &Vector3<f64>) -> Hold {
         let mut information = Matrix6::zeros();
         let (mut middle, mut square) = (Vector3::zeros(), 0.0);
@@ -109,7 +109,7 @@ mod tests {
         (0..900).map(|i| at(f64::from(i % 30) / 30.0, f64::from(i / 30) / 30.0)).collect()
     }
 
-    /// A third of a cylinder along z, nearly.
+    /// Roughly half of a cylinder along z.
     fn tube() -> Vec<(Vector3<f64>, Vector3<f64>)> {
         surface(|u, v| {
             let d = Vector3::new((3.0 * u).cos(), (3.0 * u).sin(), 0.0);

@@ -1,4 +1,4 @@
-//! From a rough pose to an exact one: iterative closest points, and how good the pose then is.
+//! From a rough pose to an exact one: iterative closest points, and how accurate the pose then is.
 
 mod config;
 mod descent;

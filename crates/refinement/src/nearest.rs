@@ -1,19 +1,19 @@
-//! Where closest points come from.
+//! The search for closest points.
 
 use congruent_geometry::{LastSeen, NearestField, NeighborIndex, OrderedPoints, Point, Surface};
 
-/// Cells of the grid that closest points are looked for in are so many times the resolution wide.
+/// Width of the cells of the grid in which closest points are searched, in multiples of the resolution.
 const CELL: f64 = 1.5;
 
-/// Finds the points of the fixed surface that are closest to moved ones.
+/// Finds the points of the fixed surface that are closest to moved points.
 pub trait Nearest: Sync {
-    /// Their positions, or `None` where nothing is within `radius` (data units). What is found may be farther.
+    /// Finds their positions, or `None` if nothing is within `radius` (data units). A point found may be farther away.
     ///
-    /// `last` is what each of the points has seen under the pose before; it is empty for a search that does not remember. All
-    /// other slices are equally long.
+    /// `last` is what each of the points saw under the previous pose; it is empty for a search that does not remember.
+    /// All other slices have the same length.
     fn nearest_each(&self, queries: &[Point], radius: f64, last: &mut [LastSeen], found: &mut [Option<u32>]);
 
-    /// Whether what points have seen spares a search.
+    /// Returns whether remembering what points saw saves searches.
     fn remembers(&self) -> bool {
         false
     }

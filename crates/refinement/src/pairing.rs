@@ -1,4 +1,4 @@
-//! Which points touch under a pose.
+//! The points that touch under a pose.
 
 use crate::Nearest;
 use crate::touches::{BLOCK, Ends, Limits, Touches, Vectors, place_each};
@@ -14,12 +14,12 @@ pub(crate) struct Every {
 }
 
 impl Every {
-    /// From the `first` of `n` points on.
+    /// Takes points from position `first` of `n` points on.
     pub(crate) fn new(n: usize, first: usize, step: usize) -> Self {
         Every { first, step, count: n.saturating_sub(first).div_ceil(step) }
     }
 
-    /// In parts of so many at most.
+    /// Splits the points into parts of at most `size`.
     pub(crate) fn chunks(self, size: usize) -> impl Iterator<Item = Every> {
         let Every { first, step, count } = self;
         (0..count).step_by(size).map(move |k| Every { first: first + k * step, step, count: size.min(count - k) })
@@ -30,7 +30,7 @@ impl Every {
     }
 }
 
-/// A source on its way to a target.
+/// A source moved towards a target.
 pub(crate) struct Pairing<'a> {
     source: &'a Surface,
     target: &'a Surface,
@@ -66,8 +66,8 @@ impl<'a> Pairing<'a> {
         self.radius
     }
 
-    /// Visits what some points of the source touch, in their order, many at a time. `last` is what each of them has seen under
-    /// the pose before; empty where nobody remembers it.
+    /// Visits what some points of the source touch, in their order, many at a time. `last` is what each of them saw
+    /// under the previous pose; empty if the search does not remember it.
     pub(crate) fn each_touch(&self, points: Every, last: &mut [LastSeen], mut visit: impl FnMut(&Touches)) {
         let (mut places, mut moved) = ([[0.0; BLOCK]; 3], [[0.0; BLOCK]; 3]);
         let (mut queries, mut found) = ([[0.0; 3]; BLOCK], [None; BLOCK]);
@@ -87,7 +87,7 @@ impl<'a> Pairing<'a> {
         }
     }
 
-    /// Those that have found something.
+    /// Collects the pairs whose search found something.
     fn collect(&self, points: Every, moved: &Vectors, found: &[Option<u32>; BLOCK], ends: &mut Ends) {
         ends.n = 0;
         for (k, i) in points.positions().enumerate() {

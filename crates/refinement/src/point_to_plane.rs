@@ -7,10 +7,10 @@ use crate::touches::Touches;
 use crate::{Freedom, Nearest, Refinement, Refiner, Schedule};
 use congruent_geometry::{RigidTransform, Surface};
 
-/// Lays points on the target's tangent planes.
+/// Moves points onto the target's tangent planes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointToPlane {
-    /// How far it looks, and how long.
+    /// How far it searches, and how long.
     pub schedule: Schedule,
 }
 
@@ -22,14 +22,14 @@ impl Refiner for PointToPlane {
 }
 
 impl PointToPlane {
-    /// The same with the allowed motions only.
+    /// Restricts the refiner to the allowed motions.
     #[must_use]
     pub fn within(mut self, freedom: Freedom) -> Self {
         self.schedule.freedom = freedom;
         self
     }
 
-    /// Moves, and nothing else, with closest points of the target that somebody else finds.
+    /// Refines a pose without measuring the result, with closest points of the target from the given search.
     #[must_use]
     pub fn descend(
         &self,
@@ -41,7 +41,8 @@ impl PointToPlane {
         self.schedule.descend(Scene { source, target, nearest }, &Planes, start)
     }
 
-    /// What holds a pose as it is: the pairs within the end radius, all points of the source up to the maximum.
+    /// Measures what holds a pose as it is: the pairs within the end radius, from all points of the source up to the
+    /// maximum.
     #[must_use]
     pub fn measure(&self, source: &Surface, target: &Surface, pose: &RigidTransform) -> Refinement {
         let exact = Exact::of(target);

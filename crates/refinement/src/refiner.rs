@@ -1,37 +1,38 @@
-//! What every refinement takes and gives.
+//! The interface of all refiners.
 
 use crate::{Hold, Uncertainty};
 use congruent_geometry::{RigidTransform, Surface};
 use nalgebra::Matrix6;
 
-/// Makes a rough pose exact.
+/// Refines a rough pose.
 pub trait Refiner: Send + Sync {
-    /// Moves `source` onto `target` from a rough start; the start where nothing touches, or where the surfaces touch less
-    /// at the end. Directions in which the surfaces slide on each other stay as they were. The same bits on any number of
-    /// threads.
+    /// Moves `source` onto `target` from a rough start.
+    ///
+    /// Keeps the start if nothing touches, or if the surfaces touch less at the end. Directions in which the surfaces
+    /// slide along each other stay as they were. The same bits on any number of threads.
     fn refine(&self, source: &Surface, target: &Surface, start: &RigidTransform) -> Refinement;
 }
 
-/// A refined pose and what held it.
+/// A refined pose and what holds it.
 #[derive(Clone, Debug)]
 pub struct Refinement {
-    /// The start where nothing could be refined.
+    /// The refined pose, or the start if nothing could be refined.
     pub target_from_source: RigidTransform,
-    /// Pairs of points that touch at the end.
+    /// Number of pairs of points that touch at the end.
     pub n_pairs: usize,
     /// Weighted root mean square of their distances to the target's tangent planes, data units; zero without pairs.
     pub residual: f64,
-    /// Sum of the robust weights: how much of the surface touches, the closer the more.
+    /// Sum of the robust weights: how much of the surface touches, closer points counting more.
     pub support: f64,
     /// `JᵀWJ` of the pairs; rotation (about the target frame's origin) before translation.
     pub information: Matrix6<f64>,
     /// How firmly the pairs hold the pose.
     pub hold: Hold,
-    /// How good the pose is, where it was refined.
+    /// How accurate the pose is, if it was refined.
     pub uncertainty: Option<Uncertainty>,
 }
 
-/// Nothing is done.
+/// Leaves the pose as it is.
 #[derive(Clone, Copy, Debug)]
 pub struct NoRefinement;
 

@@ -1,31 +1,31 @@
-//! Touching points side by side: what is computed of one pair is computed of many at once.
+//! Touching points side by side: what is computed for one pair is computed for many at once.
 
 use congruent_geometry::lanes;
 use multiversion::multiversion;
 use nalgebra::Matrix3;
 
-/// Pairs that are laid side by side.
+/// Number of pairs that are processed side by side.
 pub(crate) const BLOCK: usize = 64;
-/// Sums that are formed side by side; fixed, so that the order of additions is the same on every processor.
+/// Number of sums formed side by side; fixed, so that the order of additions is the same on every processor.
 const LANES: usize = 8;
 
 /// One number of each pair.
 pub(crate) type Column = [f64; BLOCK];
-/// One vector of each pair, a coordinate at a time.
+/// One vector of each pair, one coordinate at a time.
 pub(crate) type Vectors = [Column; 3];
 
-/// Where the points of the first `n` pairs are, and their normals.
+/// The points of the first `n` pairs and their normals.
 pub(crate) struct Ends {
-    /// Of the source, moved; target frame.
+    /// Points of the source, moved; target frame.
     pub(crate) moved: Vectors,
-    /// Normals of the source, not turned.
+    /// Normals of the source, not rotated.
     pub(crate) source_normal: Vectors,
     pub(crate) target: Vectors,
     pub(crate) target_normal: Vectors,
     pub(crate) n: usize,
 }
 
-/// Which pairs touch, and how much they count.
+/// Which pairs touch, and how they are weighted.
 #[derive(Clone, Copy)]
 pub(crate) struct Limits {
     pub(crate) radius_sq: f64,
@@ -33,22 +33,22 @@ pub(crate) struct Limits {
     pub(crate) scale_sq: f64,
 }
 
-/// Points of the moved source and what they touch; target frame. Where a pair does not touch, all of it is zero.
+/// Points of the moved source and what they touch; target frame. All values of a pair that does not touch are zero.
 pub(crate) struct Touches {
-    /// One where a pair touches.
+    /// One if a pair touches.
     pub(crate) is_touch: Column,
     pub(crate) moved: Vectors,
-    /// From the touched point.
+    /// Offset from the touched point.
     pub(crate) offset: Vectors,
-    /// There.
+    /// Normal at the touched point.
     pub(crate) normal: Vectors,
-    /// Of the moved point.
+    /// Rotated normal of the moved point.
     pub(crate) turned: Vectors,
-    /// Between the two.
+    /// Cosine between the two normals.
     pub(crate) cosine: Column,
-    /// To the tangent plane, signed.
+    /// Signed distance to the tangent plane.
     pub(crate) distance: Column,
-    /// Robust (Cauchy).
+    /// Robust weight (Cauchy).
     pub(crate) weight: Column,
 }
 
@@ -77,13 +77,14 @@ impl Default for Touches {
 }
 
 impl Touches {
-    /// Becomes what there is of these pairs under a rotation that has moved the points already.
+    /// Evaluates these pairs under a rotation with which the points have already been moved.
     pub(crate) fn see(&mut self, ends: &Ends, rotation: &Matrix3<f64>, limits: Limits) {
         compare(ends, rotation.as_ref(), limits, self);
     }
 }
 
-/// By columns of the rotation. Compiled once for each instruction set and chosen at run time; the bits are the same on all.
+/// Takes the rotation by columns. Compiled for several instruction sets and chosen at run time; the bits are the same
+/// on all.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 fn compare(ends: &Ends, rotation: &[[f64; 3]; 3], limits: Limits, touches: &mut Touches) {
     let [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]] = *rotation;
@@ -96,7 +97,7 @@ fn compare(ends: &Ends, rotation: &[[f64; 3]; 3], limits: Limits, touches: &mut 
         let cosine = turned[0] * normal[0] + turned[1] * normal[1] + turned[2] * normal[2];
         let distance = offset[0] * normal[0] + offset[1] * normal[1] + offset[2] * normal[2];
         let away_sq = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
-        // Written so that a NaN is refused.
+        // Written so that NaN is rejected.
         let is_touch = away_sq <= limits.radius_sq && cosine >= limits.min_normal_cosine && k < ends.n;
         touches.is_touch[k] = if is_touch { 1.0 } else { 0.0 };
         for axis in 0..3 {
@@ -112,7 +113,7 @@ fn compare(ends: &Ends, rotation: &[[f64; 3]; 3], limits: Limits, touches: &mut 
     }
 }
 
-/// A point of each, moved: a rotation by its columns, then a shift.
+/// Moves a point of each pair: a rotation, given by its columns, then a translation.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2", "aarch64+neon"))]
 pub(crate) fn place_each(points: &Vectors, rotation: &[[f64; 3]; 3], shift: &[f64; 3], moved: &mut Vectors) {
     let [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]] = *rotation;
@@ -124,19 +125,19 @@ pub(crate) fn place_each(points: &Vectors, rotation: &[[f64; 3]; 3], shift: &[f6
     }
 }
 
-/// The sum of a column.
+/// Returns the sum of a column.
 #[inline(always)]
 pub(crate) fn sum(a: &Column) -> f64 {
     lanes::sum(a.as_chunks::<LANES>().0)
 }
 
-/// The sum of the products of two columns.
+/// Returns the sum of the products of two columns.
 #[inline(always)]
 pub(crate) fn dot(a: &Column, b: &Column) -> f64 {
     lanes::dot(a.as_chunks::<LANES>().0, b.as_chunks::<LANES>().0)
 }
 
-/// The product of two columns, pair by pair.
+/// Returns the product of two columns, pair by pair.
 #[inline(always)]
 pub(crate) fn times(a: &Column, b: &Column) -> Column {
     let mut product = NONE;
@@ -146,7 +147,7 @@ pub(crate) fn times(a: &Column, b: &Column) -> Column {
     product
 }
 
-/// The cross product of two vectors of each pair.
+/// Returns the cross product of two vectors of each pair.
 #[inline(always)]
 pub(crate) fn cross(a: [&Column; 3], b: [&Column; 3]) -> Vectors {
     let mut product = NOWHERE;

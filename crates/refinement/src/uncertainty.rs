@@ -1,9 +1,9 @@
-//! How good a refined pose is: its covariance, from the distances that are left.
+//! How accurate a refined pose is: its covariance, from the remaining distances.
 //!
 //! `σ² (JᵀWJ)⁻¹` holds for independent distances. Those of neighbouring points are not: they share target points and
-//! normals. So the scatter of the forces that pull at the pose is taken between patches of the surface instead of points,
-//! within which they may depend on each other as they like: `H⁻¹ (Σ g gᵀ) H⁻¹` with *g* the sum of `w d J` over a patch and
-//! *H* its derivative (White 1980; Liang and Zeger 1986).
+//! normals. So the scatter of the forces on the pose is taken between patches of the surface instead of points, within
+//! which they may depend on each other arbitrarily: `H⁻¹ (Σ g gᵀ) H⁻¹` with *g* the sum of `w d J` over a patch and *H*
+//! its derivative (White 1980; Liang and Zeger 1986).
 
 use crate::Freedom;
 use crate::descent::Subset;
@@ -15,45 +15,45 @@ use rustc_hash::FxHashMap;
 
 /// Side of a patch, in units of the overlap's radius …
 const PATCH: f64 = 0.25;
-/// … but at least so many times the last search radius, which normals and points are shared within.
+/// … but at least this multiple of the last search radius, within which normals and points are shared.
 const MIN_PATCH: f64 = 5.0;
-/// Fewer patches say nothing of six unknowns.
+/// Minimum number of patches that allow a statement on six unknowns.
 const MIN_PATCHES: usize = 12;
-/// Share of a free motion that must be allowed for it to count.
+/// Fraction of a free motion that must be allowed for it to count.
 const ALLOWED: f64 = 0.5;
-/// A pose has so many unknowns.
+/// Number of unknowns of a pose.
 const UNKNOWNS: usize = 6;
 
-/// The covariance of a pose: the true pose is the answer followed by a small motion with mean zero and this covariance.
+/// The covariance of a pose: the true pose is the result followed by a small motion with mean zero and this covariance.
 ///
 /// A motion is a rotation vector (radians) before a translation (data units), along the axes of the target frame, about
 /// the point [`Uncertainty::about`]: `x ↦ about + exp(rotation) (x − about) + translation`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Uncertainty {
-    /// Of the motion; nothing along the free directions.
+    /// Covariance of the motion; zero along the free directions.
     pub covariance: Matrix6<f64>,
-    /// Middle of the overlap, target frame.
+    /// Centroid of the overlap, target frame.
     pub about: Vector3<f64>,
-    /// Unit motions that the surfaces do not hold, loosest first: along them the pose is as it was before refinement. The
-    /// rotation is in units of the overlap's radius, as in a [`Hold`](crate::Hold), divided by it here: radians for each
-    /// data unit.
+    /// Unit motions that the surfaces do not hold, loosest first: along them the pose is as it was before refinement.
+    /// The rotation, which is in units of the overlap's radius in a [`Hold`](crate::Hold), is divided by that radius
+    /// here: radians per data unit.
     pub free_directions: Vec<Vector6<f64>>,
 }
 
 impl Uncertainty {
-    /// Standard deviation of the rotation about its least certain axis, radians.
+    /// Returns the standard deviation of the rotation about its least certain axis, radians.
     #[must_use]
     pub fn rotation(&self) -> f64 {
         self.worst(0)
     }
 
-    /// Standard deviation of the middle of the overlap along its least certain direction, data units.
+    /// Returns the standard deviation of the centroid of the overlap along its least certain direction, data units.
     #[must_use]
     pub fn translation(&self) -> f64 {
         self.worst(3)
     }
 
-    /// With standard deviations this many times as large.
+    /// Multiplies the standard deviations by a factor.
     pub(crate) fn widened(mut self, factor: f64) -> Self {
         self.covariance *= factor * factor;
         self
@@ -65,7 +65,8 @@ impl Uncertainty {
     }
 }
 
-/// From the pairs under a refined pose, whose equations they made; nothing where too little touches to tell.
+/// Computes the uncertainty from the pairs under a refined pose and their equations; `None` if too little touches to
+/// tell.
 pub(crate) fn uncertainty(
     subset: &mut Subset,
     pairing: &Pairing<'_>,
@@ -88,30 +89,30 @@ pub(crate) fn uncertainty(
     let mut stiffness = basis.transpose() * stiffness * basis;
     (0..n_free).for_each(|i| stiffness[(i, i)] = 1.0);
     let inverse = basis * stiffness.cholesky()?.inverse();
-    // Where a start was kept that is no minimum, the step that was not made is uncertain too.
+    // If a start was kept that is not a minimum, the step that was not made is uncertain, too.
     let missing = inverse * pulls.iter().sum::<Vector6<f64>>();
     let covariance = inverse * scatter * inverse.transpose() + missing * missing.transpose();
-    // Motions that are not allowed are no free directions.
+    // Motions that are not allowed are not free directions.
     let allowed = hold.motions.iter().take(n_free).map(|motion| freedom.projection() * motion);
     let free_directions =
         allowed.filter(|motion| motion.norm() > ALLOWED).map(|motion| scaled(&motion, spread).normalize()).collect();
     covariance.iter().all(|v| v.is_finite()).then_some(Uncertainty { covariance, about: middle, free_directions })
 }
 
-/// A motion with its rotation in radians.
+/// Returns a motion with its rotation in radians.
 pub(crate) fn scaled(motion: &Vector6<f64>, spread: f64) -> Vector6<f64> {
     let mut motion = *motion;
     motion.fixed_rows_mut::<3>(0).scale_mut(1.0 / spread.max(f64::MIN_POSITIVE));
     motion
 }
 
-/// What some of the touching points do to the pose.
+/// The forces of some of the touching points on the pose.
 #[derive(Default)]
 struct Forces {
-    /// How the pulls change along the motions: with the derivative `w (2w − 1)` of Cauchy's `w d`, not with the weight itself,
-    /// because a robust weight falls as its distance grows.
+    /// How the forces change along the motions: with the derivative `w (2w − 1)` of Cauchy's `w d`, not with the weight
+    /// itself, because a robust weight falls as its distance grows.
     stiffness: Symmetric6,
-    /// What patches pull at each motion. One that is left and entered again comes again.
+    /// The force of each patch along each motion. A patch that is left and entered again occurs again.
     pulls: Vec<(Patch, Vector6<f64>)>,
 }
 
@@ -133,7 +134,7 @@ impl Forces {
     }
 }
 
-/// The whole stiffness, and what each patch pulls, in the order in which they were first entered.
+/// Returns the total stiffness, and the force of each patch, in the order in which patches were first entered.
 fn summed(parts: Vec<Forces>) -> (Matrix6<f64>, Vec<Vector6<f64>>) {
     let (mut stiffness, mut pulls, mut numbers) = (Symmetric6::default(), Vec::new(), FxHashMap::default());
     for part in parts {

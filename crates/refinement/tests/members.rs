@@ -1,4 +1,4 @@
-//! What every member of the family promises.
+//! Properties that all refiners share.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use congruent_geometry::random::Stream;
@@ -9,7 +9,7 @@ use congruent_geometry::{
 use congruent_refinement::{Freedom, GicpConfig, Nearest, PointToPlaneConfig, RefinementConfig, Refiner, Schedule};
 use nalgebra::{Unit, Vector3};
 
-/// A sheet over a square of side 60, a point in each unit square, each with noise along the vertical.
+/// A sheet over a square of side 60, with one point in each unit square, each with vertical noise.
 fn sheet(height: impl Fn(f64, f64) -> f64, seed: u64, noise: f64) -> Surface {
     let mut stream = Stream::new(seed, 0);
     let points: Vec<Point> = (0..3600)
@@ -30,7 +30,7 @@ fn bumpy(x: f64, y: f64) -> f64 {
     6.0 * (x / 9.0).sin() * (y / 7.0).cos() + 3.0 * ((x + 2.0 * y) / 11.0).sin()
 }
 
-/// Wide enough for the starts below.
+/// All refiners, with a radius wide enough for the starts below.
 fn members(freedom: Freedom) -> Vec<(&'static str, Box<dyn Refiner>)> {
     let start_radius = "6pr".parse().unwrap();
     let planes = PointToPlaneConfig { start_radius, rounds: 40, ..PointToPlaneConfig::default() };
