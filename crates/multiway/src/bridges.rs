@@ -1,18 +1,18 @@
-//! Components that are joined by doubtful pairs, where several of them say the same.
+//! Joins components by doubtful pairs, if several of them agree.
 //!
-//! A pose that its own registration did not believe says where the whole component of its source would lie in the frame of
-//! its target's. One such word is not enough; two or more pairs that name the same place, and outnumber those that name
-//! any other, are.
+//! A pose that its own registration did not believe tells where the whole component of its source would lie in the
+//! frame of its target's. One such statement is not enough; two or more pairs that name the same pose, and outnumber
+//! those that name any other, are.
 
 use crate::votes::displacement;
 use crate::{Belief, Candidate, Fate, Node, Settings};
 use congruent_geometry::RigidTransform;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What was doubted more than this is no word at all: half of what registrations are believed from.
+/// Minimum confidence of a doubted pose to be considered: half of that from which registrations are believed.
 const MIN_CONFIDENCE: f64 = 0.3;
-/// Surfaces of one thing lie as close to each other everywhere; those that part this many times as far as the kept ones do
-/// (their median) are of two things that resemble each other.
+/// Surfaces of one object are equally close to each other everywhere; those that are more than this many times as far
+/// apart as the kept ones (their median) belong to two objects that resemble each other.
 const MAX_RESIDUAL: f64 = 2.5;
 
 /// One candidate between two components, from the later one into the earlier one.
@@ -23,8 +23,8 @@ struct Bridge {
     near_from_beyond: RigidTransform,
 }
 
-/// The candidates whose agreement joins two components: of all pairs of components the two that most pairs of scans join.
-/// Empty where no two can be joined.
+/// Returns the candidates whose agreement joins two components: of all pairs of components, the two that are joined by
+/// the most pairs of scans. Empty if no two can be joined.
 pub(crate) fn strongest(
     nodes: &[Node],
     candidates: &[Candidate],
@@ -60,7 +60,7 @@ pub(crate) fn strongest(
     found.reduce(|a, b| if b.0 > a.0 { b } else { a }).map(|(_, members)| members).unwrap_or_default()
 }
 
-/// How far the surfaces of kept candidates part, in the middle; nothing without any.
+/// Returns the median residual of the kept candidates; `None` without any.
 fn kept_residual(candidates: &[Candidate], fates: &[Fate]) -> Option<f64> {
     let kept = candidates.iter().zip(fates).filter(|(_, fate)| **fate == Fate::Kept);
     let mut residuals: Vec<f64> = kept.map(|(candidate, _)| candidate.touch.residual).collect();
@@ -68,10 +68,10 @@ fn kept_residual(candidates: &[Candidate], fates: &[Fate]) -> Option<f64> {
     residuals.get(residuals.len() / 2).copied()
 }
 
-/// Pairs of scans that agree, and their confidences added up.
+/// The number of pairs of scans that agree, and the sum of their confidences.
 type Weight = (usize, f64);
 
-/// The largest set of bridges that agree, if it is large enough and no other is as large.
+/// Returns the largest set of bridges that agree, if it is large enough and no other is as large.
 fn agreed(
     nodes: &[Node],
     candidates: &[Candidate],
@@ -106,7 +106,7 @@ mod tests {
     use super::*;
     use crate::tests::{candidate, moved_apart, nodes};
 
-    /// Two components of two scans each, all truly at one place, and doubtful poses between them.
+    /// Two components of two scans each, all truly in the same pose, and doubtful poses between them.
     fn joined(doubtful: &[(usize, usize, RigidTransform)]) -> Vec<usize> {
         let candidates: Vec<Candidate> =
             doubtful.iter().map(|&(source, target, pose)| candidate(source, target, pose, Belief::Doubted)).collect();

@@ -3,7 +3,7 @@
 use congruent_geometry::RigidTransform;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
-/// Below this angle the series of the Jacobian's last coefficient is exact to `f64`.
+/// Angle below which the constant term of the series for the Jacobian's last coefficient is exact to `f64`.
 const SMALL_ANGLE: f64 = 1e-4;
 
 /// A measured pose between two scans.
@@ -13,7 +13,7 @@ pub struct Edge {
     pub source: usize,
     /// Position of the scan that it is moved onto.
     pub target: usize,
-    /// As measured.
+    /// The measured pose.
     pub target_from_source: RigidTransform,
     /// Inverse covariance of a small motion of the source in the target's frame, rotation before translation.
     pub information: Matrix6<f64>,
@@ -27,22 +27,22 @@ pub(crate) struct Linearised {
 }
 
 impl Edge {
-    /// The motion (rotation vector, then translation) in the target's frame that leads from the measured place of the source
-    /// to the one that the poses give it: `E = X_t⁻¹ X_s M⁻¹`.
+    /// Returns the motion (rotation vector, then translation) in the target's frame that leads from the measured pose
+    /// of the source to the one given by the poses: `E = X_t⁻¹ X_s M⁻¹`.
     #[must_use]
     pub fn error(&self, poses: &[RigidTransform]) -> Vector6<f64> {
         vector_of(&self.difference(poses))
     }
 
-    /// `ξᵀ Λ ξ`.
+    /// Returns `ξᵀ Λ ξ`.
     #[must_use]
     pub fn cost(&self, poses: &[RigidTransform]) -> f64 {
         let error = self.error(poses);
         error.dot(&(self.information * error))
     }
 
-    /// The same information for a small motion of the source in its own frame (`X ← X exp(δ)`), rotation before translation,
-    /// where that frame is another one: `scan_from_frame` leads from it to the source's.
+    /// Returns the information for a small motion of the source in its own frame (`X ← X exp(δ)`), rotation before
+    /// translation, where that frame is a different one: `scan_from_frame` leads from it to the source's.
     #[must_use]
     pub fn information_in_source(&self, scan_from_frame: &RigidTransform) -> Matrix6<f64> {
         let change = adjoint(&(self.target_from_source * scan_from_frame));
@@ -53,7 +53,7 @@ impl Edge {
         poses[self.target].inverse() * poses[self.source] * self.target_from_source.inverse()
     }
 
-    /// Derivatives for poses that are changed in their own frame, `X ← X exp(δ)`.
+    /// Returns the derivatives with respect to changes of poses in their own frames, `X ← X exp(δ)`.
     pub(crate) fn linearised(&self, poses: &[RigidTransform]) -> Linearised {
         let difference = self.difference(poses);
         let error = vector_of(&difference);
@@ -70,18 +70,18 @@ impl Edge {
     }
 }
 
-/// Rotation vector, then translation.
+/// Returns the rotation vector, then the translation.
 pub(crate) fn vector_of(motion: &RigidTransform) -> Vector6<f64> {
     let (turn, shift) = (motion.rotation.scaled_axis(), motion.translation.vector);
     Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z)
 }
 
-/// The motion with this rotation vector and translation.
+/// Returns the motion with this rotation vector and translation.
 pub(crate) fn motion_of(vector: &Vector6<f64>) -> RigidTransform {
     RigidTransform::new(vector.fixed_rows::<3>(3).into_owned(), vector.fixed_rows::<3>(0).into_owned())
 }
 
-/// `M exp(ξ) M⁻¹ = exp(Ad_M ξ)` to first order.
+/// Returns the adjoint `Ad_M`, with `M exp(ξ) M⁻¹ = exp(Ad_M ξ)` to first order.
 pub(crate) fn adjoint(motion: &RigidTransform) -> Matrix6<f64> {
     let rotation = *motion.rotation.to_rotation_matrix().matrix();
     let mut adjoint = Matrix6::zeros();
@@ -91,7 +91,7 @@ pub(crate) fn adjoint(motion: &RigidTransform) -> Matrix6<f64> {
     adjoint
 }
 
-/// How a rotation vector changes with a small rotation from the left (the inverse left Jacobian of SO(3)).
+/// Returns how a rotation vector changes with a small rotation from the left (the inverse left Jacobian of SO(3)).
 fn inverse_jacobian(omega: &Vector3<f64>) -> Matrix3<f64> {
     let angle = omega.norm();
     let square_term = if angle < SMALL_ANGLE {

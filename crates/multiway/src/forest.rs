@@ -1,4 +1,4 @@
-//! The strongest edges that reach everything: first poses, and what hangs together.
+//! Spanning trees of the strongest edges: initial poses and connected components.
 
 use crate::Edge;
 use congruent_geometry::RigidTransform;
@@ -20,7 +20,7 @@ impl Sets {
         node
     }
 
-    /// Whether they were apart.
+    /// Joins two sets, and returns whether they were separate.
     pub(crate) fn join(&mut self, a: usize, b: usize) -> bool {
         let (a, b) = (self.root(a), self.root(b));
         self.0[a.max(b)] = a.min(b);
@@ -28,7 +28,7 @@ impl Sets {
     }
 }
 
-/// The scans that edges hold together, each list ascending, the lists by their first scan.
+/// Returns the scans connected by edges, each list ascending, the lists ordered by their first scan.
 pub(crate) fn components(n: usize, ends: impl Iterator<Item = (usize, usize)>) -> Vec<Vec<usize>> {
     let mut sets = Sets::new(n);
     ends.for_each(|(a, b)| {
@@ -40,8 +40,8 @@ pub(crate) fn components(n: usize, ends: impl Iterator<Item = (usize, usize)>) -
     lists
 }
 
-/// Poses along the maximum spanning tree (Kruskal), breadth first from `root`; ties go to the earlier edge. Scans that
-/// the edges do not reach have the identity.
+/// Returns poses along the maximum spanning tree (Kruskal), breadth first from `root`; ties go to the earlier edge.
+/// Scans that the edges do not reach have the identity.
 pub(crate) fn spanned(n: usize, edges: &[Edge], strengths: &[f64], root: usize) -> Vec<RigidTransform> {
     let mut order: Vec<usize> = (0..edges.len()).collect();
     order.sort_by(|&a, &b| strengths[b].total_cmp(&strengths[a]).then(a.cmp(&b)));

@@ -1,5 +1,5 @@
-//! Joint refinement: every two scans that touch under the solved poses pull on each other, whether or not a registration
-//! had joined them, and the graph is solved for all of them at once; again and again, as in ICP.
+//! Joint refinement: any two scans that touch under the solved poses pull on each other, whether or not a registration
+//! joined them, and the graph is solved for all of them at once; repeatedly, as in ICP.
 
 use crate::edge::Edge;
 use crate::robust::{Constraint, relaxed};
@@ -8,15 +8,16 @@ use crate::{Node, Settings, Touch};
 use congruent_geometry::RigidTransform;
 use rayon::prelude::*;
 
-/// The total support may not fall below this share of what it was.
+/// Fraction of its initial value below which the total support must not fall.
 const MIN_SUPPORT: f64 = 0.999;
 
-/// Asked for what the surfaces themselves say. Both ways: source and target are not exchangeable.
+/// Access to the surfaces themselves, in both directions: source and target are not exchangeable.
 pub trait Contact: Sync {
-    /// How the source touches the target under a pose; nothing where they hardly do.
+    /// Returns how the source touches the target under a pose; `None` if they hardly touch.
     fn measure(&self, source: usize, target: usize, target_from_source: &RigidTransform) -> Option<Touch>;
 
-    /// A better pose nearby, and how the surfaces touch there. `round` counts from zero: later rounds may look less far.
+    /// Returns a better pose nearby, and how the surfaces touch there. `round` counts from zero: later rounds may
+    /// search less far.
     fn align(
         &self,
         source: usize,
@@ -26,7 +27,7 @@ pub trait Contact: Sync {
     ) -> Option<(RigidTransform, Touch)>;
 }
 
-/// There are no surfaces: poses are what the graph alone makes of them.
+/// A contact without surfaces: the poses are determined by the graph alone.
 #[derive(Clone, Copy, Debug)]
 pub struct NoContact;
 
@@ -43,11 +44,11 @@ impl Contact for NoContact {
 /// Poses after the joint refinement.
 pub(crate) struct Refined {
     pub(crate) poses: Vec<RigidTransform>,
-    /// The constraints of the last round; none where the start was kept.
+    /// The constraints of the last round; none if the start was kept.
     pub(crate) constraints: Vec<Constraint>,
 }
 
-/// Refines all components. The start is kept where the surfaces would lose touch.
+/// Refines all components. The start is kept if the surfaces would lose contact.
 pub(crate) fn refined(
     nodes: &[Node],
     contact: &dyn Contact,
@@ -80,12 +81,12 @@ pub(crate) fn refined(
     Refined { poses, constraints }
 }
 
-/// Every scan with every other one of its component.
+/// Returns all ordered pairs of different scans of a component.
 fn both_ways(members: &[usize]) -> impl Iterator<Item = (usize, usize)> + '_ {
     members.iter().flat_map(move |&a| members.iter().filter(move |&&b| b != a).map(move |&b| (a, b)))
 }
 
-/// Where each touching scan would go on each other one.
+/// Returns the constraints that align each touching scan with each other one.
 fn pulls(
     contact: &dyn Contact,
     pairs: &[(usize, usize)],

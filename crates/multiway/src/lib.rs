@@ -1,13 +1,13 @@
-//! Many scans into one frame.
+//! Registers many scans into one frame.
 //!
-//! Registered pairs, right and wrong, go in as [`Candidate`]s. Loops of three vote on them, a robust pose graph
-//! (Choi, Zhou, Koltun 2015) solves for all poses and prunes what does not fit, parts that were left over join where
-//! several doubtful pairs agree, and a joint refinement lets every two scans that touch have their say. Scans that
-//! nothing holds together stay in components of their own. [`reconstruct`] reads like that.
+//! Registered pairs, right and wrong, go in as [`Candidate`]s. Loops of three vote on them, a robust pose graph (Choi,
+//! Zhou, Koltun 2015) solves for all poses and prunes what does not fit, remaining components are joined where several
+//! doubtful pairs agree, and a joint refinement includes any two scans that touch. Scans that nothing holds together
+//! stay in separate components. [`reconstruct`] consists of these steps.
 //!
-//! Nothing here opens a file or registers a pair; what needs the surfaces themselves is asked of a [`Contact`]. All
-//! results are the same bits on any number of threads, and do not depend on the order of scans or candidates but for
-//! rounding.
+//! Nothing here opens a file or registers a pair; whatever needs the surfaces themselves is delegated to a [`Contact`].
+//! All results are bit-identical on any number of threads, and do not depend on the order of scans or candidates except
+//! for rounding.
 
 mod bridges;
 mod candidate;
@@ -33,7 +33,7 @@ pub use solve::{Solution, solve};
 
 use nalgebra::Vector3;
 
-/// One scan as the graph sees it.
+/// One scan as seen by the graph.
 #[derive(Clone, Debug, Default)]
 pub struct Node {
     /// Points spread evenly over the scan, in its own frame. Two poses are compared by how far apart they put these.

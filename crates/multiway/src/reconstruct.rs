@@ -1,35 +1,35 @@
-//! The whole way from candidates to poses.
+//! The complete path from candidates to poses.
 
 use crate::robust::{Constraint, Settled, relaxed, settled};
 use crate::{Belief, Candidate, Contact, Edge, Fate, Node, Settings, Touch};
 use crate::{bridges, joint, uncertainty, votes};
 use congruent_geometry::RigidTransform;
 
-/// Where all scans are.
+/// The poses of all scans.
 #[derive(Clone, Debug)]
 pub struct Reconstruction {
-    /// Scans that hang together, ascending; the largest component first, of equal ones that with the earliest scan. A scan
+    /// Connected scans, ascending; the largest component first, ties going to the one with the earliest scan. A scan
     /// that fits nowhere is a component of its own.
     pub components: Vec<Vec<usize>>,
-    /// For each scan the motion into the frame of its component, which is that of the component's first scan.
+    /// For each scan, the motion into the frame of its component, which is that of the component's first scan.
     pub frame_from_scan: Vec<RigidTransform>,
-    /// For each scan how far its points may be off against those of the component's first scan, root mean square, data
-    /// units: what independent noise explains, and so a lower bound. Nothing where it is not known.
+    /// For each scan, the error of its points relative to those of the component's first scan, root mean square, data
+    /// units: what independent noise explains, and thus a lower bound. `None` if it is unknown.
     pub uncertainty: Vec<Option<f64>>,
     /// What became of each candidate.
     pub fates: Vec<Fate>,
-    /// What the poses rest on in the end: the contacts of the joint refinement, or the kept candidates without one.
+    /// What the poses finally rest on: the contacts of the joint refinement or, without one, the kept candidates.
     pub edges: Vec<(Edge, Touch)>,
-    /// Whether the joint refinement moved the scans (and did not lose touch).
+    /// Whether the joint refinement moved the scans (and did not lose contact).
     pub refined: bool,
 }
 
 /// Finds the poses of all scans, as far as the candidates hold them together.
 ///
-/// No scans, or no candidates, are fine: every scan then stands alone.
+/// Without scans or candidates this is fine: every scan then stands alone.
 ///
 /// # Panics
-/// When a candidate names a scan that is not there, or the same one twice.
+/// If a candidate refers to a scan that does not exist, or to the same one twice.
 #[must_use]
 pub fn reconstruct(
     nodes: &[Node],
@@ -57,7 +57,7 @@ struct Graph<'a> {
 }
 
 impl Graph<'_> {
-    /// The robust solution with what is kept.
+    /// Returns the robust solution, and the candidates that are kept.
     fn solved(&self) -> (Settled, Vec<usize>) {
         let kept: Vec<usize> = (0..self.candidates.len()).filter(|&at| self.fates[at] == Fate::Kept).collect();
         (settled(self.nodes.len(), &self.constraints(&kept), self.settings), kept)
@@ -67,7 +67,7 @@ impl Graph<'_> {
         which.iter().map(|&at| Constraint::of(&self.candidates[at], self.strengths[at], self.settings)).collect()
     }
 
-    /// Joins components by what doubtful candidates agree on, until none can be joined any more.
+    /// Joins components by what doubtful candidates agree on, until no more can be joined.
     fn joined(&mut self, (mut solved, kept): (Settled, Vec<usize>)) -> Settled {
         self.contradicted(&solved, &kept);
         loop {
@@ -80,7 +80,7 @@ impl Graph<'_> {
             bridge.iter().for_each(|&at| self.fates[at] = Fate::Kept);
             let (next, kept) = self.solved();
             if next.components.len() >= before.1 {
-                // The graph would not have it.
+                // The graph rejected it.
                 self.fates = before.0;
                 return solved;
             }
@@ -121,7 +121,8 @@ impl Graph<'_> {
         }
     }
 
-    /// Tells apart, of what is not kept, what the poses bear out and what they contradict.
+    /// Distinguishes, among the candidates that are not kept, those that the poses support from those that they
+    /// contradict.
     fn agreeing(&mut self, poses: &[RigidTransform], components: &[Vec<usize>]) {
         let mut component_of = vec![0; self.nodes.len()];
         for (number, members) in components.iter().enumerate() {
@@ -144,7 +145,7 @@ impl Graph<'_> {
     }
 }
 
-/// Each component in the frame of its first scan.
+/// Returns the poses of each component in the frame of its first scan.
 fn in_first_frames(poses: &[RigidTransform], components: &[Vec<usize>]) -> Vec<RigidTransform> {
     let mut moved = poses.to_vec();
     for members in components {

@@ -1,8 +1,8 @@
 //! The robust pose graph: each constraint has a line process that may switch it off (Choi, Zhou, Koltun 2015).
 //!
-//! Minimised is `Σ l f + μ (√l − 1)²` over poses and `l`, with `f = ξᵀΛξ`; for given poses the best is `l = (μ / (μ + f))²`.
-//! `μ` is what `f` would be if the constraint's surfaces were parted by a fixed length, so that one length says for all
-//! constraints, strong or weak, where half of the influence is lost.
+//! Minimises `Σ l f + μ (√l − 1)²` over poses and `l`, with `f = ξᵀΛξ`; for given poses the best is
+//! `l = (μ / (μ + f))²`. `μ` is the value of `f` if the constraint's surfaces were separated by a fixed length, so that
+//! one length determines for all constraints, strong or weak, where half of the influence is lost.
 
 use crate::edge::Edge;
 use crate::forest::{components, spanned};
@@ -10,14 +10,14 @@ use crate::solve::solve;
 use crate::{Candidate, Settings, Touch};
 use congruent_geometry::RigidTransform;
 
-/// Alternations between poses and line processes, at most.
+/// Maximum number of alternations between poses and line processes.
 const MAX_ROUNDS: usize = 60;
-/// They end when no line process changes by more.
+/// Change of every line process below which the alternations end.
 const SETTLED: f64 = 1e-4;
-/// Below this a constraint is pruned: its surfaces are then parted by more than the length.
+/// Line process below which a constraint is pruned: its surfaces are then separated by more than the length.
 const MIN_LINE: f64 = 0.25;
 
-/// An edge with what it was measured from.
+/// An edge with the contact from which it was measured.
 #[derive(Clone, Debug)]
 pub(crate) struct Constraint {
     pub(crate) edge: Edge,
@@ -37,27 +37,27 @@ impl Constraint {
         Constraint { edge, touch: candidate.touch, strength }
     }
 
-    /// How far the poses part its surfaces, squared.
+    /// Returns the squared separation of its surfaces under the poses.
     pub(crate) fn parting_sq(&self, poses: &[RigidTransform]) -> f64 {
         self.touch.parting_sq(&self.edge.error(poses))
     }
 
-    /// The best line process under the poses.
+    /// Returns the best line process under the poses.
     fn line(&self, poses: &[RigidTransform], parting: f64) -> f64 {
         (1.0 + self.parting_sq(poses) / (parting * parting)).powi(-2)
     }
 }
 
-/// Poses that a graph settled on.
+/// The poses to which a graph converged.
 pub(crate) struct Settled {
-    /// Each in the frame of its component, whose first scan has the identity or where it started.
+    /// Each in the frame of its component, whose first scan has the identity or its starting pose.
     pub(crate) poses: Vec<RigidTransform>,
     pub(crate) components: Vec<Vec<usize>>,
     /// The line process of each constraint; zero for those that were pruned.
     pub(crate) lines: Vec<f64>,
 }
 
-/// Solves from the maximum spanning trees, prunes, and solves again until nothing has to be pruned.
+/// Solves from the maximum spanning trees, prunes, and solves again until nothing needs to be pruned.
 pub(crate) fn settled(n: usize, constraints: &[Constraint], settings: &Settings) -> Settled {
     let mut alive = vec![true; constraints.len()];
     let mut poses: Option<Vec<RigidTransform>> = None;
@@ -106,12 +106,12 @@ pub(crate) fn relaxed(
     (poses, lines)
 }
 
-/// One component with its scans counted from zero.
+/// One component with its scans numbered from zero.
 pub(crate) struct Part<'a> {
     pub(crate) members: &'a [usize],
     pub(crate) edges: Vec<Edge>,
     own: Vec<Constraint>,
-    /// Of its constraints among all.
+    /// Positions of its constraints among all.
     pub(crate) positions: Vec<usize>,
 }
 
@@ -133,7 +133,7 @@ impl<'a> Part<'a> {
     }
 }
 
-/// Along the strongest edges.
+/// Returns the initial poses, along the strongest edges.
 fn first_poses(n: usize, components: &[Vec<usize>], constraints: &[Constraint]) -> Vec<RigidTransform> {
     let mut poses = vec![RigidTransform::identity(); n];
     for members in components {

@@ -1,27 +1,27 @@
-//! Lengths and limits.
+//! Lengths and limits of a reconstruction.
 
-/// Lengths in data units.
+/// Settings; lengths are in data units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Three poses around a triangle agree if they bring the probe points back to within this, on average; so do two poses
-    /// that join the same two components.
+    /// Three poses around a triangle agree if they bring the probe points back to within this, on average; so do two
+    /// poses that join the same two components.
     pub agreement: f64,
-    /// A candidate whose surfaces the solved poses part by more than this (root mean square) is pruned.
+    /// A candidate is pruned if the solved poses separate its surfaces by more than this (root mean square).
     pub parting: f64,
-    /// The same in the joint refinement, whose constraints are fresh.
+    /// The same bound in the joint refinement, whose constraints are fresh.
     pub refined_parting: f64,
-    /// Residuals of a pair count as no smaller than this, however well its scans seem to fit.
+    /// Lower bound of the residual of a pair, however well its scans seem to fit.
     pub noise_floor: f64,
     /// The joint refinement ends when no scan moves by more than this, on average …
     pub tolerance: f64,
-    /// … or after so many rounds.
+    /// … or after this many rounds.
     pub rounds: usize,
-    /// Doubtful pairs that must agree before two components are joined by them.
+    /// Number of doubtful pairs that must agree before two components are joined by them.
     pub witnesses: usize,
 }
 
 impl Settings {
-    /// The usual multiples of the resolution.
+    /// Returns the usual multiples of the resolution.
     #[must_use]
     pub fn new(resolution: f64) -> Settings {
         Settings {

@@ -1,37 +1,37 @@
-//! Levenberg and Marquardt on SE(3).
+//! The Levenberg–Marquardt method on SE(3).
 //!
-//! The normal equations are dense and factorised by Cholesky's method: with a few hundred scans that is a second, and most
-//! graphs of scans that see one object are not sparse anyway.
+//! The normal equations are dense and factorised by Cholesky's method: with a few hundred scans that takes a second,
+//! and most graphs of scans of one object are not sparse anyway.
 
 use crate::Edge;
 use crate::edge::motion_of;
 use congruent_geometry::RigidTransform;
 use nalgebra::{DMatrix, DVector};
 
-/// Steps that are tried at most.
+/// Maximum number of steps tried.
 const MAX_STEPS: usize = 100;
-/// A step that lowers the cost by a smaller share is the last one.
+/// A step that lowers the cost by at most this fraction is the last one.
 const TOLERANCE: f64 = 1e-9;
 const FIRST_DAMPING: f64 = 1e-6;
-/// No step helps any more.
+/// Damping above which no step helps.
 const MAX_DAMPING: f64 = 1e12;
-/// Added to the diagonal as a share of its largest entry: directions that nothing holds stay where they are.
+/// Added to the diagonal as a fraction of its largest entry, so that directions that nothing holds stay unchanged.
 const RIDGE: f64 = 1e-13;
 
 /// Poses of least cost.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// For each scan, its pose in the common frame; the reference's is as it was.
+    /// For each scan, its pose in the common frame; that of the reference is unchanged.
     pub poses: Vec<RigidTransform>,
-    /// `Σ l ξᵀΛξ` at the end.
+    /// The final `Σ l ξᵀΛξ`.
     pub cost: f64,
 }
 
-/// Lowers `Σ l ξᵀΛξ` over all poses but that of `reference`, from a start. Edges have the weights `l`; an edge of weight
-/// zero, or a scan without edges, is left alone.
+/// Lowers `Σ l ξᵀΛξ` over all poses except that of `reference`, from a start. Edges have the weights `l`; edges of
+/// weight zero are ignored, and scans without edges stay where they are.
 ///
 /// # Panics
-/// When an edge names a scan that is not there, or the weights are not as many as the edges.
+/// If an edge refers to a scan that does not exist, or there are not as many weights as edges.
 #[must_use]
 pub fn solve(start: &[RigidTransform], edges: &[Edge], weights: &[f64], reference: usize) -> Solution {
     assert_eq!(edges.len(), weights.len(), "one weight an edge");
@@ -65,7 +65,7 @@ fn total(poses: &[RigidTransform], edges: &[Edge], weights: &[f64]) -> f64 {
     edges.iter().zip(weights).filter(|(_, l)| **l > 0.0).map(|(edge, l)| l * edge.cost(poses)).sum()
 }
 
-/// `JᵀΛJ` and `−JᵀΛξ`; the rows of the reference are left out.
+/// Returns `JᵀΛJ` and `−JᵀΛξ`, without the rows of the reference.
 pub(crate) fn normal_equations(
     poses: &[RigidTransform],
     edges: &[Edge],
@@ -94,7 +94,7 @@ pub(crate) fn normal_equations(
     (hessian, gradient)
 }
 
-/// The first row of a scan; the reference has none.
+/// Returns the first row of a scan; the reference has none.
 pub(crate) fn row_of(node: usize, reference: usize) -> Option<usize> {
     match node.cmp(&reference) {
         std::cmp::Ordering::Less => Some(6 * node),
@@ -110,7 +110,7 @@ fn damped_step(hessian: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) ->
     }
     let mut damped = hessian.clone();
     for i in 0..damped.nrows() {
-        // Marquardt's scaling: rotations and translations have other units.
+        // Marquardt's scaling: rotations and translations have different units.
         damped[(i, i)] += damping * hessian[(i, i)] + RIDGE * largest;
     }
     damped.cholesky().map(|factor| factor.solve(gradient)).filter(|step| step.iter().all(|v| v.is_finite()))
@@ -143,7 +143,7 @@ mod tests {
         }
     }
 
-    /// Two measurements of one shift: the optimum is their mean, weighted with the informations.
+    /// Two measurements of one translation: the optimum is their mean, weighted by the information.
     #[test]
     fn two_edges_meet_at_their_weighted_mean() {
         let edge = |shift: f64, information: f64| Edge {

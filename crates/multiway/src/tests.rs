@@ -1,4 +1,4 @@
-//! A ring of scans with known poses, and the whole way on it.
+//! A ring of scans with known poses, and its complete reconstruction.
 
 use crate::edge::motion_of;
 use crate::{Belief, Candidate, Contact, Edge, Fate, NoContact, Node, Reconstruction, Settings, Touch, reconstruct};
@@ -6,17 +6,17 @@ use congruent_geometry::RigidTransform;
 use congruent_geometry::random::Stream;
 use nalgebra::{Matrix6, Point3, Vector3, Vector6};
 
-/// Radius of every scan; the resolution is one.
+/// Half the width of every scan; the resolution is one.
 const RADIUS: f64 = 60.0;
 
-/// A motion that turns by `angle` (radians) and shifts by `distance`, each in a direction of its own.
+/// A motion that rotates by `angle` (radians) and translates by `distance`, each in a random direction.
 pub(crate) fn moved_apart(seed: u64, distance: f64, angle: f64) -> RigidTransform {
     let mut stream = Stream::new(seed, 99);
     let mut direction = || Vector3::from_fn(|_, _| stream.normal()).normalize();
     RigidTransform::new(direction() * distance, direction() * angle)
 }
 
-/// Scans whose probes are spread over a ball.
+/// Scans whose probes are spread over a cube.
 pub(crate) fn nodes(n: usize) -> Vec<Node> {
     let node = |i: usize| {
         let mut stream = Stream::new(17, i as u64);
@@ -26,7 +26,7 @@ pub(crate) fn nodes(n: usize) -> Vec<Node> {
     (0..n).map(node).collect()
 }
 
-/// What 400 points on a ball say of a motion: `Σ GᵀG` with `G = [−[q]ₓ  I]`.
+/// The touch of 400 points in a cube: `Σ GᵀG` with `G = [−[q]ₓ  I]`.
 fn touch() -> Touch {
     let mut information = Matrix6::zeros();
     let mut stream = Stream::new(23, 0);
@@ -50,7 +50,7 @@ pub(crate) struct Ring {
     candidates: Vec<Candidate>,
 }
 
-/// `n` scans around an object, each registered with the next three, every pose off by noise of about so many resolutions.
+/// `n` scans around an object, each registered with the next three, every pose perturbed by about `noise` resolutions.
 pub(crate) fn ring(n: usize, noise: f64) -> Ring {
     let look = |i: usize| {
         let turn = std::f64::consts::TAU * i as f64 / n as f64;
@@ -79,8 +79,8 @@ pub(crate) fn ring(n: usize, noise: f64) -> Ring {
 }
 
 impl Ring {
-    /// Wrong candidates, so many that they are this share of all: half of them between scans that have a right one, half
-    /// between scans far from each other, every one as confident as the right ones.
+    /// Adds wrong candidates until they are this fraction of all: half of them between scans four apart, the nearest
+    /// without a right candidate, half between scans farther apart, all as confident as the right ones.
     fn with_wrong(mut self, share: f64) -> (Ring, Vec<bool>) {
         let (n, right) = (self.truth.len(), self.candidates.len());
         let wrong = (right as f64 * share / (1.0 - share)).ceil() as usize;
@@ -101,10 +101,10 @@ impl Ring {
     }
 }
 
-/// How far the scans are from their true places once the mean offset is taken off.
+/// Returns the mean error of the relative poses of all pairs of scans.
 fn mean_error(found: &[RigidTransform], truth: &[RigidTransform]) -> f64 {
     let nodes = nodes(truth.len());
-    // The first scan's own error is not the others': compare every scan with every other one.
+    // The first scan's own error is not that of the others: compare every scan with every other one.
     let mut errors = Vec::new();
     for i in 0..truth.len() {
         for j in (0..truth.len()).filter(|j| *j != i) {
@@ -178,7 +178,7 @@ fn threads_do_not_matter() {
 #[test]
 fn what_nothing_holds_together_stays_apart() {
     let mut candidates = ring(6, 0.3).candidates;
-    // Two rings of six, and a scan that nobody knows; one wrong doubtful pose between them.
+    // Two rings of six, and a scan without candidates; one wrong doubtful pose between the rings.
     let second: Vec<Candidate> =
         candidates.iter().map(|c| Candidate { source: c.source + 7, target: c.target + 7, ..c.clone() }).collect();
     candidates.extend(second);
@@ -205,7 +205,7 @@ fn uncertainty_grows_with_the_way_from_the_first_scan() {
     assert!(of(0) == 0.0 && of(1) > 0.0 && of(6) > of(1) && of(12) > of(6), "{:?}", result.uncertainty);
 }
 
-/// Surfaces that know the truth and lead half of the way there.
+/// Surfaces that know the true poses and lead half of the way there.
 struct Pulled {
     truth: Vec<RigidTransform>,
 }

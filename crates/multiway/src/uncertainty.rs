@@ -1,4 +1,4 @@
-//! How well the graph holds each pose.
+//! How well the graph determines each pose.
 
 use crate::Node;
 use crate::robust::{Constraint, Part};
@@ -6,11 +6,11 @@ use crate::solve::{normal_equations, row_of};
 use congruent_geometry::RigidTransform;
 use nalgebra::{Matrix3, Matrix6};
 
-/// For each scan the root mean square distance, data units, by which its probe points may be off against those of its
-/// component's first scan, from the covariance `(Σ l JᵀΛJ)⁻¹` of all poses. Nothing for a scan that stands alone, or where
-/// the constraints leave a direction open.
+/// Returns, for each scan, the root mean square error, data units, of its probe points relative to those of its
+/// component's first scan, from the covariance `(Σ l JᵀΛJ)⁻¹` of all poses. `None` for a scan that stands alone, or if
+/// the constraints leave a direction undetermined.
 ///
-/// This is what noise that differs from patch to patch does. What a scanner gets wrong everywhere is not in it.
+/// This is the effect of noise that differs from patch to patch. Systematic errors of a scanner are not included.
 pub(crate) fn uncertainties(
     nodes: &[Node],
     poses: &[RigidTransform],
@@ -37,7 +37,7 @@ pub(crate) fn uncertainties(
     all
 }
 
-/// `√ mean tr(G Σ Gᵀ)` over the probe points, `G = [−[p]ₓ  I]`.
+/// Returns `√ mean tr(G Σ Gᵀ)` over the probe points, `G = [−[p]ₓ  I]`.
 fn spread(node: &Node, covariance: &Matrix6<f64>) -> f64 {
     let turning = covariance.fixed_view::<3, 3>(0, 0);
     let mixed = covariance.fixed_view::<3, 3>(0, 3);

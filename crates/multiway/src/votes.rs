@@ -1,6 +1,6 @@
-//! Loops of three: what agrees with itself around a triangle is seldom wrong.
+//! Loops of three: what is consistent around a triangle is seldom wrong.
 //!
-//! Two wrong poses and a right one do not close a triangle but by chance, so each triangle that closes is a vote for its
+//! Two wrong poses and a right one close a triangle only by chance, so each triangle that closes is a vote for its
 //! three candidates. Poses that their registration doubted neither vote nor are elected.
 
 use crate::{Belief, Candidate, Fate, Node, Settings};
@@ -9,21 +9,21 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Triangles that a candidate has to be in before none that closes speaks against it.
+/// Minimum number of triangles of a candidate for the lack of a closed one to count against it.
 const MIN_TRIANGLES: usize = 2;
 
-/// What the loops say of one candidate.
+/// The votes of the loops for one candidate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Votes {
-    /// Third scans with which it makes a triangle that closes.
+    /// Number of third scans with which it forms a triangle that closes.
     pub(crate) closed: usize,
-    /// Third scans with which it makes any triangle.
+    /// Number of third scans with which it forms any triangle.
     pub(crate) triangles: usize,
 }
 
 impl Votes {
-    /// How far to trust a candidate of this confidence: between the two extremes of no triangle at all and none that closes
-    /// (Laplace's rule of succession).
+    /// Returns how far to trust a candidate of this confidence: between the extremes of no triangle at all and none
+    /// that closes (Laplace's rule of succession).
     pub(crate) fn strength(self, confidence: f64) -> f64 {
         confidence * (1.0 + self.closed as f64) / (2.0 + self.triangles as f64)
     }
@@ -57,7 +57,7 @@ pub(crate) fn counted(nodes: &[Node], candidates: &[Candidate], settings: &Setti
     all
 }
 
-/// What becomes of the candidates by their votes: at most one of a pair is kept.
+/// Determines the fate of the candidates from their votes: at most one per pair is kept.
 pub(crate) fn elected(candidates: &[Candidate], votes: &[Votes]) -> Vec<Fate> {
     let mut fates = vec![Fate::Unsupported; candidates.len()];
     for own in pairs(candidates).values() {
@@ -83,7 +83,7 @@ fn fate(candidate: &Candidate, votes: Votes, is_best: bool) -> Fate {
     }
 }
 
-/// Candidates that may vote, by their two scans, the lower one first.
+/// Returns the candidates that may vote, by their two scans, the lower one first.
 fn pairs(candidates: &[Candidate]) -> BTreeMap<(usize, usize), Vec<usize>> {
     let mut by_pair: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
     for (at, candidate) in candidates.iter().enumerate().filter(|(_, c)| c.belief != Belief::Doubted) {
@@ -92,7 +92,7 @@ fn pairs(candidates: &[Candidate]) -> BTreeMap<(usize, usize), Vec<usize>> {
     by_pair
 }
 
-/// Of each scan the others that it makes a pair with, ascending.
+/// Returns, for each scan, the others with which it forms a pair, ascending.
 fn partners(n: usize, by_pair: &BTreeMap<(usize, usize), Vec<usize>>) -> Vec<Vec<usize>> {
     let mut partners = vec![Vec::new(); n];
     for &(i, j) in by_pair.keys() {
@@ -107,13 +107,13 @@ fn ordered(a: usize, b: usize) -> (usize, usize) {
     (a.min(b), a.max(b))
 }
 
-/// The candidate as a motion from one of its scans to the other.
+/// Returns the candidate as a motion from one of its scans to the other.
 fn step(candidate: &Candidate, from: usize, to: usize) -> RigidTransform {
     debug_assert!(ordered(candidate.source, candidate.target) == ordered(from, to));
     if candidate.source == from { candidate.target_from_source } else { candidate.target_from_source.inverse() }
 }
 
-/// Whether three steps around a triangle lead back, seen from each of its corners.
+/// Returns whether three steps around a triangle lead back, seen from each of its corners.
 fn closes(nodes: &[Node], corners: [usize; 3], steps: [RigidTransform; 3], limit: f64) -> bool {
     (0..3).all(|at| {
         let [first, second, third] = [0, 1, 2].map(|turn| steps[(at + turn) % 3]);
@@ -121,7 +121,7 @@ fn closes(nodes: &[Node], corners: [usize; 3], steps: [RigidTransform; 3], limit
     })
 }
 
-/// How far apart two motions put the probe points, on average. Zero without any.
+/// Returns the mean distance between where two motions put the probe points; zero without any.
 pub(crate) fn displacement(node: &Node, a: &RigidTransform, b: &RigidTransform) -> f64 {
     let off = |p: &nalgebra::Vector3<f64>| (a * Point3::from(*p) - b * Point3::from(*p)).norm();
     node.probes.iter().map(off).sum::<f64>() / node.probes.len().max(1) as f64
@@ -132,7 +132,7 @@ mod tests {
     use super::*;
     use crate::tests::{candidate, moved_apart, nodes};
 
-    /// Four scans at one place; every pose is the identity but for those named.
+    /// Four scans in the same pose; every candidate is the identity except for those named.
     fn square(wrong: &[(usize, usize)]) -> Vec<Candidate> {
         let pairs = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
         let pose = |pair| {
@@ -172,7 +172,7 @@ mod tests {
         assert_eq!((votes[0].closed, votes[6].closed), (2, 0));
         let fates = elected(&candidates, &votes);
         assert_eq!((fates[0], fates[6]), (Fate::Kept, Fate::NoLoop { triangles: 2 }));
-        // Without any third scan nothing decides between them.
+        // Without a third scan nothing decides between them.
         let alone = [candidates[0].clone(), candidates[6].clone()];
         let votes = counted(&nodes(4), &alone, &Settings::new(1.0));
         assert!(!elected(&alone, &votes).contains(&Fate::Kept));
