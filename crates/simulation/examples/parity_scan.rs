@@ -1,14 +1,14 @@
-//! Writes the scan that the fixtures of `scripts/parity` are made from: one look at the figurine, slightly noisy, in the
-//! sensor's frame, as bare little-endian `f32` triples on standard output.
+//! Writes the scan from which the fixtures of `scripts/parity` are made: one view of the figurine, slightly noisy, in
+//! the sensor's frame, as bare little-endian `f32` triples on standard output.
 
 use congruent_simulation::scanner::{RangeNoise, VirtualScanner};
 use congruent_simulation::shapes::figurine;
 use std::io::Write;
 
-/// Gives a few thousand points.
+/// Image side; gives a few thousand points.
 const PIXELS: u32 = 150;
 /// Standard deviation of the ranges, in distances between neighbouring points: enough that no two neighbours are
-/// equally far.
+/// equally far away.
 const NOISE: f64 = 0.1;
 
 fn main() -> std::io::Result<()> {

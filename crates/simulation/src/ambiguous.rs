@@ -1,4 +1,5 @@
-//! Pairs of scans whose surfaces leave the pose open: no program can know the answer, an honest one says so.
+//! Pairs of scans whose surfaces leave the pose undetermined: no program can know the answer, and an honest one says
+//! so.
 
 use crate::Mesh;
 use crate::nuisances::moved;
@@ -11,35 +12,35 @@ use std::f64::consts::TAU;
 
 /// Size of all shapes, data units.
 const SIZE: f64 = 100.0;
-/// Image side of a single look, and of each look that a whole is put together from.
+/// Image side of a single view, and of each view from which a whole surface is assembled.
 const LOOK_PIXELS: u32 = 160;
 const WHOLE_PIXELS: u32 = 100;
-/// Noise of the ranges as a share of the size: from next to none to more than the points are apart.
+/// Noise of the ranges as a fraction of the size: from next to none to more than the distance between points.
 const NOISES: [f64; 3] = [0.0002, 0.001, 0.004];
 
-/// What leaves the pose open.
+/// The shape that leaves the pose undetermined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
-    /// Slides and turns in itself.
+    /// Slides and rotates in itself.
     Plane,
-    /// Turns about its centre.
+    /// Rotates about its centre.
     Sphere,
-    /// Slides along its axis and turns about it.
+    /// Slides along its axis and rotates about it.
     Cylinder,
-    /// Turns about its axis, seen from within.
+    /// Rotates about its axis, seen from within.
     Bowl,
     /// Slides along itself, scanned from within.
     Corridor,
-    /// A whole box: four turns map it onto itself.
+    /// A whole box: four rotations map it onto itself.
     Box,
-    /// A whole prism of six sides: twelve turns.
+    /// A whole prism of six sides: twelve rotations.
     Prism,
-    /// A wall of equal bays, cut from a longer one: shifts by a bay fit nearly as well.
+    /// A wall of equal bays, cut from a longer one: translations by one bay fit nearly as well.
     Facade,
 }
 
 impl Subject {
-    /// All of them.
+    /// All subjects.
     pub const ALL: [Subject; 8] = [
         Subject::Plane,
         Subject::Sphere,
@@ -52,7 +53,8 @@ impl Subject {
     ];
 }
 
-/// Two scans of a subject, source and target, each under a random motion of its own. `variant` chooses views and noise.
+/// Returns two scans of a subject, source and target, each under a random motion of its own. `variant` determines views
+/// and noise.
 #[must_use]
 pub fn ambiguous_pair(subject: Subject, variant: u64) -> [RawScan; 2] {
     let mut stream = Stream::new(variant, subject as u64);
@@ -84,7 +86,7 @@ fn scan(subject: Subject, turn: f64, noise: RangeNoise, stream: &mut Stream) -> 
     }
 }
 
-/// Close to a pipe, its ends out of sight.
+/// Scans a pipe from close by, with its ends out of sight.
 fn beside(mesh: &Mesh, turn: f64, noise: RangeNoise, seed: u64) -> RawScan {
     let at = Vector3::new(turn.cos(), turn.sin(), turn) * SIZE;
     let scanner = VirtualScanner::orbit(mesh, 0.0, 0.0, 0.0, LOOK_PIXELS);
@@ -92,7 +94,7 @@ fn beside(mesh: &Mesh, turn: f64, noise: RangeNoise, seed: u64) -> RawScan {
     VirtualScanner { world_from_sensor, horizontal_view: 0.8, noise, ..scanner }.scan(mesh, seed).cloud()
 }
 
-/// From the middle of a passage, the ends out of sight.
+/// Scans a passage from its middle, with the ends out of sight.
 fn within(mesh: &Mesh, turn: f64, noise: RangeNoise, seed: u64) -> RawScan {
     let at = Vector3::new(SIZE * turn, 0.1 * SIZE * turn, 0.0);
     let scanner = VirtualScanner::orbit(mesh, 0.0, 0.0, 0.0, LOOK_PIXELS);
@@ -104,7 +106,7 @@ fn within(mesh: &Mesh, turn: f64, noise: RangeNoise, seed: u64) -> RawScan {
     scanner.scan(mesh, seed).cloud()
 }
 
-/// A surface from all around, in its own frame.
+/// Scans a surface from all around, in its own frame.
 fn whole(mesh: &Mesh, noise: RangeNoise, seed: u64) -> RawScan {
     let looks = (0..6u64).map(|look| {
         let elevation = if look % 2 == 0 { 0.7 } else { -0.7 };
@@ -115,7 +117,7 @@ fn whole(mesh: &Mesh, noise: RangeNoise, seed: u64) -> RawScan {
     RawScan { points: looks.flat_map(|scan| scan.points).collect(), ..RawScan::default() }
 }
 
-/// A part of a long wall, six bays wide; where it begins depends on the turn.
+/// Scans a part of a long wall, six bays wide; where it begins depends on `turn`.
 fn before_a_wall(turn: f64, noise: RangeNoise, seed: u64) -> RawScan {
     let bay = SIZE / 6.0;
     let mut mesh = facade(14, 3);
@@ -124,7 +126,7 @@ fn before_a_wall(turn: f64, noise: RangeNoise, seed: u64) -> RawScan {
     let scanner = VirtualScanner::orbit(&mesh, 0.0, 0.0, 0.0, 2 * LOOK_PIXELS);
     let world_from_sensor = look_at(at, at - Vector3::z() * SIZE, Vector3::y());
     let mut scan = VirtualScanner { world_from_sensor, noise, ..scanner }.scan(&mesh, seed).cloud();
-    // Only the middle: neither the edges of the wall nor those of the image.
+    // Only the middle, without the edges of the wall or of the image.
     scan.points.retain(|p| p[0].abs() < 0.5 * SIZE && p[1].abs() < 0.25 * SIZE);
     scan
 }

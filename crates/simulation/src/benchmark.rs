@@ -1,7 +1,7 @@
-//! Data sets in the manner of the four that registration papers use, with exact truth.
+//! Data sets resembling the four that registration papers use, with exact ground truth.
 //!
-//! A benchmark is a row of groups: a few scans and the pairs among them. Group *g* depends on the kind, the seed and *g*
-//! alone, so a longer benchmark begins with the shorter one.
+//! A benchmark is a sequence of groups: a few scans and the pairs among them. Group *g* depends only on the kind, the
+//! seed and *g*, so a longer benchmark begins with the shorter one.
 
 use crate::Mesh;
 use crate::nuisances::cut_holes;
@@ -14,40 +14,41 @@ use nalgebra::{Point3, Translation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Views of one figurine in a group.
+/// Number of views of one figurine in a group.
 const VIEWS: u64 = 8;
-/// Figurines that scenes are made of, as many as U3OR has models.
+/// Number of figurines from which scenes are made, as many as U3OR has models.
 const MODELS: u64 = 5;
-/// Of which a scene holds this many.
+/// Number of those in a scene.
 const IN_SCENE: usize = 4;
-/// Pairs of views that share less are not listed: the usual choice for U3M.
+/// Minimum overlap of the listed pairs of views: the usual choice for U3M.
 const MIN_OVERLAP: f64 = 0.1;
-/// Points are shared within this, in resolutions: the evaluation's own rule.
+/// Distance within which points are shared, in resolutions: the evaluation's own rule.
 const SHARED_WITHIN_PR: f64 = 4.0;
-/// Image sides of one figurine and of a scene, by laser (25 000 points or more, as in U3M) and by Kinect.
+/// Image sides for one figurine and for a scene, by laser (25 000 points or more, as in U3M) and by Kinect.
 const LASER_PIXELS: [u32; 2] = [320, 480];
 const KINECT_PIXELS: [u32; 2] = [140, 320];
 /// Laser noise, figurine units (hundredths of its height).
 const LASER_SIGMA: f64 = 0.04;
-/// A Kinect's noise grows with the square of the range; at a figurine's distance it is about half a resolution.
+/// Growth of a Kinect's noise with the square of the range; at a figurine's distance the noise is about half a
+/// resolution.
 const KINECT_GROWTH: f64 = 6e-6;
-/// And its ranges come in steps.
+/// Step of a Kinect's ranges.
 const KINECT_STEP: f64 = 0.25;
-/// Holes where a Kinect sees nothing.
+/// Number of holes where a Kinect sees nothing.
 const KINECT_HOLES: usize = 6;
-/// Distance of the sensor in radii of what it looks at: a figurine, a scene.
+/// Distance of the sensor in radii of its subject: a figurine, a scene.
 const DISTANCE_FACTORS: [f64; 2] = [3.5, 2.0];
-/// Radius of the circle that a scene's figurines stand on.
+/// Radius of the circle on which a scene's figurines stand.
 const SCENE_RADIUS: f64 = 62.0;
-/// Side of the table that they stand on.
+/// Side of the table on which they stand.
 const TABLE_SIZE: f64 = 260.0;
 
-/// Which data set to resemble.
+/// The data set to resemble.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Laser scans of one object from all around: limited overlap, self-occlusion, little noise.
     U3m,
-    /// Kinect images of one object: noise that grows with the range, steps, holes.
+    /// Kinect images of one object: noise that grows with the range, quantised ranges, holes.
     Bmr,
     /// Whole models in cluttered laser scans of several objects.
     U3or,
@@ -58,33 +59,33 @@ pub enum Kind {
 /// A few scans and the pairs among them.
 #[derive(Clone, Debug)]
 pub struct Group {
-    /// With their names, which are unique in the benchmark.
+    /// The scans with their names, which are unique in the benchmark.
     pub scans: Vec<(String, RawScan)>,
     /// Pairs of positions in `scans`.
     pub pairs: Vec<GroupPair>,
 }
 
-/// Two scans and their truth.
+/// Two scans and their true pose.
 #[derive(Clone, Debug)]
 pub struct GroupPair {
     /// Position of the scan to be moved.
     pub source: usize,
     /// Position of the scan that stays.
     pub target: usize,
-    /// Exact but for the rounding of `f64`.
+    /// True pose, exact up to rounding in `f64`.
     pub target_from_source: RigidTransform,
-    /// Share of points within four resolutions of the other scan: the smaller of both directions for views, of the
-    /// source's points for scenes.
+    /// Fraction of points within four resolutions of the other scan: for views the smaller one of both directions, for
+    /// scenes that of the source's points.
     pub overlap: f64,
 }
 
-/// A data set that can be made group by group.
+/// A data set that is generated group by group.
 pub struct Benchmark {
     kind: Kind,
     seed: u64,
-    /// Of the scenes; empty for the other kinds.
+    /// Models of the scenes; empty for the other kinds.
     models: Vec<Mesh>,
-    /// What is scanned instead of figurines, if anything.
+    /// Shapes that are scanned instead of figurines, if any.
     shapes: Vec<Mesh>,
 }
 
@@ -95,7 +96,7 @@ enum Subject {
     Scene,
 }
 
-/// A scan that knows where it was taken from.
+/// A scan with its true pose.
 struct Look {
     name: String,
     scan: RawScan,
@@ -109,8 +110,8 @@ impl Benchmark {
         Benchmark::of_shapes(kind, seed, Vec::new())
     }
 
-    /// The same with other shapes than figurines, taken in turn: scaled to the size of a figurine and centred. Shapes
-    /// without an extent are left out; where none is left, figurines are scanned.
+    /// Prepares a benchmark of other shapes than figurines, taken in turn: scaled to the size of a figurine and
+    /// centred. Shapes without an extent are left out; if none is left, figurines are scanned.
     #[must_use]
     pub fn of_shapes(kind: Kind, seed: u64, shapes: Vec<Mesh>) -> Self {
         let shapes: Vec<Mesh> = shapes.into_iter().filter_map(|mesh| mesh.fitted(FIGURINE_HEIGHT)).collect();
@@ -119,13 +120,13 @@ impl Benchmark {
         Benchmark { kind, seed, models, shapes }
     }
 
-    /// The scans and pairs of one group. Few groups have no pairs.
+    /// Returns the scans and pairs of one group. Few groups have no pairs.
     #[must_use]
     pub fn group(&self, group: u64) -> Group {
         if self.kind.has_scenes() { self.scene(group) } else { self.views(group) }
     }
 
-    /// One figurine from several sides.
+    /// Returns one figurine from several sides.
     fn views(&self, group: u64) -> Group {
         let mesh = shape(&self.shapes, self.seed, group);
         let looks: Vec<Look> = (0..VIEWS)
@@ -133,7 +134,7 @@ impl Benchmark {
             .map(|view| {
                 let item = group * VIEWS + view;
                 let mut stream = Stream::new(self.seed, item);
-                // All around, but not evenly, and from a little below to well above.
+                // All around, but not evenly, and from slightly below to well above.
                 let azimuth = TAU * (view as f64 + stream.between(-0.35, 0.35)) / VIEWS as f64;
                 let elevation = stream.between(-0.15, 0.7);
                 self.look(&mesh, [azimuth, elevation], Subject::Figurine, item, format!("g{group:03}_v{view}.ply"))
@@ -149,7 +150,7 @@ impl Benchmark {
         Group { scans: looks.into_iter().map(|look| (look.name, look.scan)).collect(), pairs }
     }
 
-    /// Several figurines on a table, and each of them by itself.
+    /// Returns several figurines on a table, and each of them by itself.
     fn scene(&self, group: u64) -> Group {
         let mut stream = Stream::new(self.seed, group);
         let absent = group as usize % self.models.len();
@@ -180,7 +181,7 @@ impl Benchmark {
         Group { scans: looks.into_iter().map(|look| (look.name, look.scan)).collect(), pairs }
     }
 
-    /// A figurine by itself, in its own frame: the whole surface, or one image of it.
+    /// Returns a figurine by itself, in its own frame: the whole surface, or one image of it.
     fn model(&self, group: u64, model: usize, stream: &mut Stream) -> Look {
         let mesh = &self.models[model];
         if self.kind == Kind::U3or {
@@ -231,12 +232,12 @@ impl Kind {
     }
 }
 
-/// Streams of shapes and of views must not meet.
+/// Returns the seed of a shape; streams of shapes and of views must not coincide.
 fn shape_seed(seed: u64, shape: u64) -> u64 {
     seed.wrapping_mul(1_000_003).wrapping_add(shape)
 }
 
-/// One of the given shapes, or a figurine where none is given.
+/// Returns one of the given shapes, or a figurine if there are none.
 fn shape(shapes: &[Mesh], seed: u64, number: u64) -> Mesh {
     match shapes {
         [] => figurine(shape_seed(seed, number)),
@@ -268,7 +269,7 @@ fn pair(looks: &[Look], source: usize, target: usize, direction: Direction) -> G
     GroupPair { source, target, target_from_source, overlap: shared }
 }
 
-/// Mean distance between neighbouring points; zero for fewer than two.
+/// Returns the mean distance between neighbouring points; zero for fewer than two.
 fn spacing(scan: &RawScan) -> f64 {
     let points: Vec<Point> = scan.points.iter().map(|&p| narrow(&p.into())).collect();
     resolution(&points, &NeighborIndex::new(&points)).map_or(0.0, |r| r.mean)

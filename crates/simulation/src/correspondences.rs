@@ -1,8 +1,8 @@
-//! Matched point pairs with a known motion, made without any scan.
+//! Matched point pairs with a known motion, generated without any scan.
 //!
-//! Lengths are in units of the resolution: pr = 1. Wrong pairs spread evenly over the surface are easy for any scoring;
-//! what real matching gets wrong lies near the truth, and on smooth or partly symmetric surfaces it even agrees with
-//! one second motion. [`NearMiss`] makes both kinds.
+//! Lengths are in units of the resolution: pr = 1. Wrong pairs spread evenly over the surface are easy for any metric;
+//! what real matching gets wrong is near the truth, and on smooth or partly symmetric surfaces it even agrees with one
+//! second motion. [`NearMiss`] generates both kinds.
 
 use congruent_geometry::random::Stream;
 use congruent_geometry::{Point, RigidTransform, narrow};
@@ -10,74 +10,74 @@ use nalgebra::{Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 /// Extent of the surface along x, y and z.
 const SURFACE: [f64; 3] = [250.0, 220.0, 100.0];
-/// Standard deviation of an inlier's error on one axis, to be multiplied by a factor of `INLIER_SPREAD`.
+/// Standard deviation of an inlier's error on one axis, to be multiplied by a factor from `INLIER_SPREAD`.
 const INLIER_SIGMA: f64 = 1.5;
-/// Keypoints are not found equally well: each axis of each inlier draws its own factor from this interval.
+/// Keypoints are not located equally well: each axis of each inlier draws its own factor from this interval.
 const INLIER_SPREAD: [f64; 2] = [0.3, 1.6];
-/// How far random near misses are off.
+/// Error of random near misses.
 const MISS_DISTANCE: [f64; 2] = [5.0, 20.0];
-/// How far the second motion is turned from the true one, degrees.
+/// Angle by which the second motion is rotated relative to the true one, degrees.
 const SECOND_TURN_DEG: [f64; 2] = [3.0, 6.0];
-/// Standard deviation on each axis of what follows the second motion.
+/// Standard deviation, on each axis, of pairs that follow the second motion.
 const SECOND_SIGMA: f64 = 4.0;
-/// The true motion shifts by up to this on each axis.
+/// Maximum translation of the true motion on each axis.
 const SHIFT: f64 = 200.0;
-/// Points for evaluating a motion.
+/// Number of points for evaluating a motion.
 const N_SURFACE: usize = 1000;
 
-/// How near misses miss.
+/// How near misses are off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NearMiss {
-    /// Each on its own: 5 to 20 off in a random direction.
+    /// Independently: 5 to 20 off in a random direction.
     Random,
-    /// Together: they follow one second motion, the true one after a turn of 3 to 6° about the middle of the source
+    /// Together: they follow one second motion, the true one after a rotation of 3 to 6° about the middle of the source
     /// surface, with an error of standard deviation 4 on each axis.
     Coherent,
 }
 
-/// A recipe for pairs: so many right ones, so many nearly right ones, and the rest anywhere on the surface.
+/// A recipe for pairs: how many are right, how many nearly right, and the rest anywhere on the surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CorrespondenceScene {
-    /// How many pairs.
+    /// Number of pairs.
     pub n: usize,
-    /// Right ones, as a share of `n`; rounded to whole pairs.
+    /// Right pairs as a fraction of `n`; rounded to whole pairs.
     pub inlier_share: f64,
-    /// Nearly right ones, as a share of `n`; at most what the inliers leave.
+    /// Nearly right pairs as a fraction of `n`; at most what the inliers leave.
     pub near_miss_share: f64,
-    /// Their kind.
+    /// The kind of near misses.
     pub near_miss: NearMiss,
 }
 
-/// What a pair is.
+/// The kind of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PairKind {
-    /// Follows the truth up to a small error.
+    /// Follows the true motion up to a small error.
     Inlier,
-    /// Misses it by little.
+    /// Narrowly misses the true motion.
     NearMiss,
-    /// Joins two independent places on the surface.
+    /// Joins two independent positions on the surface.
     Outlier,
 }
 
-/// Pairs and their truth. The pairs are in random order.
+/// Pairs and their true motion. The pairs are in random order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Correspondences {
     /// Source points.
     pub source: Vec<Point>,
-    /// The target point of each.
+    /// The target point of each source point.
     pub target: Vec<Point>,
-    /// What each pair is.
+    /// The kind of each pair.
     pub kinds: Vec<PairKind>,
     /// The true motion, `target_from_source`.
     pub truth: RigidTransform,
-    /// The motion that coherent near misses follow, whether there are any or not.
+    /// The motion that coherent near misses follow, whether or not there are any.
     pub second: RigidTransform,
-    /// A thousand points all over the source surface, to measure by how much a motion is wrong.
+    /// A thousand points all over the source surface, to measure the error of a motion.
     pub surface: Vec<Point>,
 }
 
 impl CorrespondenceScene {
-    /// Makes the pairs. Shares outside of 0 to 1 count as the nearer end.
+    /// Generates the pairs. Fractions outside 0 to 1 are clamped.
     #[must_use]
     pub fn generate(&self, seed: u64) -> Correspondences {
         let mut stream = Stream::new(seed, 0);
@@ -118,7 +118,7 @@ impl CorrespondenceScene {
     }
 }
 
-/// A point on a wavy sheet around the origin that fills the extent of the surface.
+/// Returns a point on a wavy sheet around the origin that fills the extent of the surface.
 fn on_surface(stream: &mut Stream) -> Point3<f64> {
     let (u, v) = (stream.between(-0.5, 0.5), stream.between(-0.5, 0.5));
     let height = 0.5 * (5.0 * u + 1.0).sin() * (4.0 * v).cos();
@@ -141,7 +141,7 @@ fn miss(stream: &mut Stream) -> Vector3<f64> {
     direction * stream.between(MISS_DISTANCE[0], MISS_DISTANCE[1])
 }
 
-/// Standard normal on each axis.
+/// Draws from the standard normal distribution on each axis.
 fn noise(stream: &mut Stream) -> Vector3<f64> {
     Vector3::from_fn(|_, _| stream.normal())
 }
@@ -171,7 +171,7 @@ mod tests {
         let pairs = scene(NearMiss::Random).generate(1);
         for (kind, expected) in [(PairKind::Inlier, 500), (PairKind::NearMiss, 700), (PairKind::Outlier, 800)] {
             assert_eq!(pairs.kinds.iter().filter(|&&k| k == kind).count(), expected);
-            // A quarter of the list holds about a quarter of each kind: six standard deviations are below 110.
+            // A quarter of the list holds about a quarter of each kind: six standard deviations are below 65.
             let early = pairs.kinds[..500].iter().filter(|&&k| k == kind).count();
             assert!(early.abs_diff(expected / 4) < 65, "{kind:?}: {early}");
         }

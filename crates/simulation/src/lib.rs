@@ -1,9 +1,9 @@
-//! A virtual range scanner, built-in shapes and nuisances: scans with known truth.
+//! A virtual range scanner, built-in shapes and nuisances: scans with known ground truth.
 //!
-//! A [`Mesh`] from [`shapes`] is looked at by a [`scanner::VirtualScanner`]; two such looks make a
-//! [`pair::ScanPair`], whose true motion is known exactly. [`nuisances`] spoil scans in measured doses, and
-//! [`correspondences`] makes matched point pairs without any scan. [`ambiguous`] has pairs of scans that no program can register with certainty. Everything random takes a seed, and the same seed
-//! gives the same result on any number of threads.
+//! A [`Mesh`] from [`shapes`] is scanned by a [`scanner::VirtualScanner`]; two such scans make a [`pair::ScanPair`],
+//! whose true motion is known exactly. [`nuisances`] degrade scans by measured amounts, and [`correspondences`]
+//! generates matched point pairs without any scan. [`ambiguous`] has pairs of scans that no program can register with
+//! certainty. Everything random takes a seed, and the same seed gives the same result on any number of threads.
 
 pub mod ambiguous;
 pub mod benchmark;

@@ -1,4 +1,4 @@
-//! Triangle meshes as the shapes are made of.
+//! Triangle meshes, of which the shapes are made.
 
 use congruent_geometry::RawScan;
 use nalgebra::Vector3;
@@ -13,7 +13,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Centre of the bounding box, and the distance from it to the farthest point. Zeros for no points.
+    /// Returns the centre of the bounding box, and the distance from it to the farthest point; zeros without points.
     #[must_use]
     pub fn bounding_sphere(&self) -> (Vector3<f64>, f64) {
         let Some(&first) = self.points.first() else { return (Vector3::zeros(), 0.0) };
@@ -25,14 +25,14 @@ impl Mesh {
         (centre, radius)
     }
 
-    /// The whole surface as if it had been read from a file, without normals.
+    /// Returns the whole surface as if it had been read from a file, without normals.
     #[must_use]
     pub fn into_raw(self) -> RawScan {
         RawScan { points: self.points, triangles: self.triangles, ..RawScan::default() }
     }
 
-    /// The same shape centred on the origin, its longest side as long as said; nothing for a mesh without extent or with
-    /// coordinates that are not finite.
+    /// Returns the same shape centred on the origin, with its longest side scaled to `side`; `None` for a mesh without
+    /// extent or with coordinates that are not finite.
     pub(crate) fn fitted(mut self, side: f64) -> Option<Mesh> {
         let first = Vector3::from(*self.points.first()?);
         let (low, high) = self.points.iter().fold((first, first), |(low, high), p| {
@@ -49,14 +49,14 @@ impl Mesh {
         Some(self)
     }
 
-    /// Adds the parts of another mesh.
+    /// Appends the points and triangles of another mesh.
     pub(crate) fn append(&mut self, other: &Mesh) {
         let offset = self.points.len() as u32;
         self.points.extend_from_slice(&other.points);
         self.triangles.extend(other.triangles.iter().map(|t| t.map(|i| i + offset)));
     }
 
-    /// The same surface seen from the other side.
+    /// Returns the same surface seen from the other side.
     pub(crate) fn inside_out(mut self) -> Mesh {
         self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         self
@@ -68,7 +68,7 @@ pub(crate) mod checks {
     use super::*;
     use std::collections::HashMap;
 
-    /// Whether every edge is walked exactly once in each direction.
+    /// Returns whether every edge is traversed exactly once in each direction.
     pub(crate) fn is_closed(mesh: &Mesh) -> bool {
         let mut walks: HashMap<(u32, u32), usize> = HashMap::new();
         for t in &mesh.triangles {
@@ -79,7 +79,7 @@ pub(crate) mod checks {
         walks.iter().all(|(&(a, b), &n)| n == 1 && walks.get(&(b, a)) == Some(&1))
     }
 
-    /// Enclosed volume, positive where the triangles run counter-clockwise seen from outside.
+    /// Returns the enclosed volume, positive if the triangles run counter-clockwise seen from outside.
     pub(crate) fn volume(mesh: &Mesh) -> f64 {
         let corner = |i: u32| Vector3::from(mesh.points[i as usize]);
         mesh.triangles.iter().map(|t| corner(t[0]).dot(&corner(t[1]).cross(&corner(t[2]))) / 6.0).sum()

@@ -8,28 +8,28 @@ use congruent_geometry::{NeighborIndex, Point, RawScan, RigidTransform, narrow, 
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-/// Points of two scans count as the same place up to this many resolutions of the target.
+/// Maximum distance, in resolutions of the target, at which points of two scans count as the same.
 const OVERLAP_RADIUS_PR: f64 = 2.0;
 /// Elevation of both scanners, radians: slightly from above, so that heads and arms hide something.
 const ELEVATION: f64 = 0.25;
-/// Distance of both scanners, radii of the figurine.
+/// Distance of both scanners, in radii of the figurine.
 const DISTANCE_FACTOR: f64 = 3.5;
 
-/// Two scans, each in its own sensor's frame, and what a registration of them should find.
+/// Two scans, each in its own sensor's frame, and what their registration should find.
 #[derive(Clone, Debug)]
 pub struct ScanPair {
     /// The scan to be moved.
     pub source: RawScan,
     /// The scan that stays.
     pub target: RawScan,
-    /// The true motion: exact but for the rounding of `f64`.
+    /// The true motion, exact up to rounding in `f64`.
     pub target_from_source: RigidTransform,
-    /// Share of source points with a target point within two resolutions of the target.
+    /// Fraction of source points with a target point within two resolutions of the target.
     pub overlap: f64,
 }
 
 impl ScanPair {
-    /// The same pair with each scan moved by its own motion, and the truth with them.
+    /// Returns the same pair with each scan moved by its own motion, and the true motion adapted.
     #[must_use]
     pub fn moved(&self, source_motion: &RigidTransform, target_motion: &RigidTransform) -> ScanPair {
         ScanPair {
@@ -41,23 +41,23 @@ impl ScanPair {
     }
 }
 
-/// What decides a pair of figurine scans.
+/// The parameters of a pair of figurine scans.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PairOptions {
-    /// Of the shape and of the noise.
+    /// Seed of the shape and of the noise.
     pub seed: u64,
     /// Azimuth of the source's view, radians.
     pub azimuth: f64,
-    /// Turn from the source's view to the target's around the figurine, radians.
+    /// Angle from the source's view to the target's around the figurine, radians.
     pub view_angle: f64,
     /// Image side of both scanners.
     pub pixels: u32,
-    /// Of both scanners.
+    /// Noise of both scanners.
     pub noise: RangeNoise,
 }
 
 impl Default for PairOptions {
-    /// Two noise-free looks of 300 × 300 pixels, 40° apart.
+    /// Returns two noise-free views of 300 × 300 pixels, 40° apart.
     fn default() -> Self {
         PairOptions { seed: 1, azimuth: 0.0, view_angle: 40f64.to_radians(), pixels: 300, noise: RangeNoise::default() }
     }
@@ -77,7 +77,7 @@ pub fn figurine_pair(options: &PairOptions) -> ScanPair {
 /// Scans any mesh with two scanners, each with its own noise.
 #[must_use]
 pub fn scan_pair(mesh: &Mesh, source: &VirtualScanner, target: &VirtualScanner, seed: u64) -> ScanPair {
-    // The two looks must not share their noise.
+    // The two views must not share their noise.
     let (source_scan, target_scan) =
         (source.scan(mesh, seed.wrapping_mul(2)), target.scan(mesh, seed.wrapping_mul(2) + 1));
     let target_from_source = target.world_from_sensor.inverse() * source.world_from_sensor;
@@ -87,8 +87,8 @@ pub fn scan_pair(mesh: &Mesh, source: &VirtualScanner, target: &VirtualScanner, 
     ScanPair { source, target, target_from_source, overlap }
 }
 
-/// The share of source points that have a target point within `radius` (data units) once moved by the truth. Points
-/// that are not finite find nothing; zero for no source points.
+/// Returns the fraction of source points that have a target point within `radius` (data units) once moved by the true
+/// motion. Points that are not finite find nothing; zero without source points.
 #[must_use]
 pub fn overlap(source: &RawScan, target: &RawScan, target_from_source: &RigidTransform, radius: f64) -> f64 {
     let origin = first_finite(target);
@@ -103,13 +103,13 @@ pub fn overlap(source: &RawScan, target: &RawScan, target_from_source: &RigidTra
     n_met as f64 / source.points.len().max(1) as f64
 }
 
-/// The mean distance between neighbouring points; nothing for fewer than two distinct ones.
+/// Returns the mean distance between neighbouring points; `None` for fewer than two distinct ones.
 fn mean_spacing(scan: &RawScan) -> Option<f64> {
     let points = relative(scan, &first_finite(scan));
     Some(resolution(&points, &NeighborIndex::new(&points))?.mean)
 }
 
-/// Something to subtract before coordinates become `f32`.
+/// Returns a point to subtract before coordinates become `f32`.
 fn first_finite(scan: &RawScan) -> Vector3<f64> {
     let first = scan.points.iter().find(|p| p.iter().all(|v| v.is_finite()));
     first.map_or_else(Vector3::zeros, |&p| p.into())
@@ -130,8 +130,8 @@ mod tests {
 
     #[test]
     fn the_truth_maps_source_points_onto_the_surface_the_target_sees() {
-        // Both scanners see the same flat facets, so a source point that is moved by the truth lies on the facet that
-        // the target's neighbouring pixels span. A plane is its simplest case, and has no pixel-sized error.
+        // Both scanners see the same flat facets, so a source point moved by the true motion lies on the facet that the
+        // target's neighbouring pixels span. A plane is the simplest case, and has no pixel-sized error.
         let wall = crate::shapes::plane(10.0, 3);
         let looks = [0.3, 1.5].map(|azimuth| VirtualScanner::orbit(&wall, azimuth, 0.8, 3.0, 50));
         let pair = scan_pair(&wall, &looks[0], &looks[1], 0);
@@ -159,7 +159,7 @@ mod tests {
         }
     }
 
-    /// Distance to a triangle's plane, for points whose foot is inside the triangle or within a millionth of it.
+    /// Distance to a triangle's plane, for points whose projection is inside the triangle or within a millionth of it.
     fn plane_distance_inside([a, b, c]: &[Vector3<f64>; 3], p: &Vector3<f64>) -> Option<f64> {
         let normal = (b - a).cross(&(c - a));
         let area = normal.norm();

@@ -1,4 +1,4 @@
-//! Benchmarks are what they say.
+//! Properties of the generated benchmarks.
 
 use super::*;
 

@@ -1,21 +1,21 @@
-//! Even thinning with a voxel grid.
+//! Uniform thinning with a voxel grid.
 
 use super::only;
 use congruent_geometry::RawScan;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-/// The count that is reached may be off by this share of the count that is wanted.
+/// Tolerated relative difference between the count reached and the count wanted.
 const TOLERANCE: f64 = 0.005;
-/// Halvings of the interval of leaf sizes; 40 of them reach the precision of `f32` from any start.
+/// Maximum number of halvings of the interval of leaf sizes; 40 reach the precision of `f32` from any start.
 const MOST_STEPS: usize = 40;
 
-/// Keeps about the given share of the points, evenly in space: of each occupied cell of a cubic grid the point nearest
-/// to the cell's centre (the first one of equals).
+/// Keeps about the given fraction of the points, evenly in space: in each occupied cell of a cubic grid the point
+/// nearest to the cell's centre (ties go to the first).
 ///
 /// The cell size is found by bisection until the count is within 0.5 % of the wanted one. Small or gridded clouds may
-/// not allow that; they get the closest count met on the way. Points that are not finite vanish unless the share is
-/// one, and at least one finite point stays.
+/// not allow that; they get the closest count met on the way. Points that are not finite are removed unless the
+/// fraction is one, and at least one finite point is kept.
 #[must_use]
 pub fn decimate_uniform(scan: &RawScan, share: f64) -> RawScan {
     if share >= 1.0 {
@@ -45,9 +45,9 @@ impl Grid {
         Grid { points, extent }
     }
 
-    /// One point of each cell, with a cell size that makes them about `wanted`.
+    /// Returns one point of each cell, with a cell size for which there are about `wanted`.
     fn closest_to(&self, wanted: f64) -> Vec<u32> {
-        // A leaf beyond the extent leaves one cell; a millionth of it leaves nearly every point its own.
+        // A leaf beyond the extent leaves one cell; with a millionth of it, nearly every point has its own.
         let (mut low, mut high) = ((self.extent * 1e-6).ln(), (self.extent * 2.0).ln());
         let mut best = self.representatives(self.extent * 2.0);
         for _ in 0..MOST_STEPS {
@@ -69,7 +69,7 @@ impl Grid {
         best
     }
 
-    /// Of each cell of side `leaf` the point nearest to its centre.
+    /// Returns the point nearest to the centre of each cell of side `leaf`.
     fn representatives(&self, leaf: f64) -> Vec<u32> {
         let place = |&(i, p): &(u32, Vector3<f64>)| {
             let cell = p.map(|v| (v / leaf).floor());

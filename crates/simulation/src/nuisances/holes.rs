@@ -1,22 +1,22 @@
-//! Holes, as dark or wet patches leave them.
+//! Holes such as those left by dark or wet patches.
 
 use super::only;
 use congruent_geometry::random::Stream;
 use congruent_geometry::{NeighborIndex, Point, RawScan, narrow};
 use nalgebra::Vector3;
 
-/// A hole takes this share of the cloud, but never fewer points than `FEWEST`.
+/// Fraction of the cloud that a hole removes; the second number is the minimum number of points.
 const SHARE: f64 = 0.01;
 const FEWEST: usize = 20;
-/// Random centres tried for one hole before it may lie over another.
+/// Number of random centres tried for one hole before it may overlap another.
 const MOST_TRIES: usize = 100;
 
-/// Cuts `count` holes: around a random point its nearest neighbours vanish, 1 % of the cloud and at least 20 points,
-/// the centre among them.
+/// Cuts `count` holes, each around a random point whose nearest neighbours are removed: 1 % of the cloud and at least
+/// 20 points, including the centre.
 ///
-/// Centres keep the larger of the two holes' radii between them where 100 random tries find such a place; otherwise
-/// holes overlap and remove less. Points that are not finite stay; when nothing finite is left, the rest of the holes
-/// is not cut.
+/// Centres are at least the larger of the two holes' radii apart if 100 random tries find such a place; otherwise holes
+/// overlap and remove less. Points that are not finite are kept; once no finite point is left, the remaining holes are
+/// not cut.
 #[must_use]
 pub fn cut_holes(scan: &RawScan, count: usize, seed: u64) -> RawScan {
     let places: Vec<usize> = (0..scan.points.len()).filter(|&i| scan.points[i].iter().all(|v| v.is_finite())).collect();
@@ -69,7 +69,8 @@ impl Cutter {
         self.holes.push(hole);
     }
 
-    /// Neighbours are those of the uncut cloud, so that all holes have the same shape.
+    /// Returns the hole around a centre; its neighbours are those of the uncut cloud, so that all holes have the same
+    /// shape.
     fn hole_at(&self, centre: u32) -> Hole {
         let centre = self.points[centre as usize];
         let neighbors = self.index.nearest_n(&centre, self.n_removed);
@@ -96,7 +97,7 @@ mod tests {
         let is_kept = |i: &u32| kept.binary_search(i).is_ok();
         let at = |i: u32| Vector3::from(all.points[i as usize]);
         let gone: Vec<u32> = (0..5000).filter(|i| !is_kept(i)).collect();
-        // Some removed point is the centre: all others removed are nearer to it than any point kept.
+        // Some removed point is the centre: all other removed points are nearer to it than any point kept.
         let is_centre = |c: u32| {
             let radius = gone.iter().map(|&i| (at(i) - at(c)).norm()).fold(0.0, f64::max);
             kept.iter().all(|&i| (at(i) - at(c)).norm() >= radius)
@@ -109,7 +110,7 @@ mod tests {
         let all = cloud(5000);
         for count in [6, 10, 14, 18, 22, 26] {
             let n_gone = 5000 - survivors(&all, &cut_holes(&all, count, 1)).len();
-            // Centres a radius apart: at most 39 % of a disc can lie in one neighbour, in practice far less.
+            // Centres are a radius apart: at most 39 % of a disc can lie in one neighbour, in practice far less.
             assert!(n_gone <= 50 * count && n_gone >= 35 * count, "{count}: {n_gone}");
         }
         assert_eq!(cut_holes(&all, 6, 1), cut_holes(&all, 6, 1));

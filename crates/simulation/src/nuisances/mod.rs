@@ -1,7 +1,8 @@
-//! What spoils scans, in measured doses; seeded, and each as a new scan made from an old one.
+//! Nuisances that degrade scans by measured amounts; seeded, each making a new scan from an old one.
 //!
-//! Points only move by known amounts, vanish or come to the others, so a known true motion stays true. Where points vanish, the
-//! order of the rest stays, their normals go with them, and triangles stay whose three corners do.
+//! Points only move by known amounts, are removed or are added, so a known true motion stays true. If points are
+//! removed, the order of the rest is kept, their normals are kept with them, and triangles are kept whose three corners
+//! are.
 
 mod decimate;
 mod holes;
@@ -13,7 +14,7 @@ use congruent_geometry::random::Stream;
 use congruent_geometry::{RawScan, RigidTransform, narrow, wide};
 use nalgebra::Point3;
 
-/// Adds independent normal noise of standard deviation `sigma` (data units) to x, y and z. Normals stay as they were.
+/// Adds independent normal noise of standard deviation `sigma` (data units) to x, y and z. Normals are unchanged.
 #[must_use]
 pub fn add_noise(scan: &RawScan, sigma: f64, seed: u64) -> RawScan {
     let mut noisy = scan.clone();
@@ -24,7 +25,8 @@ pub fn add_noise(scan: &RawScan, sigma: f64, seed: u64) -> RawScan {
     noisy
 }
 
-/// Adds points at random in the bounding box, enlarged by a fifth: so many times as many as there are. Their normals are zero.
+/// Adds `share` times as many random points as there are, in the bounding box enlarged by a fifth. Their normals are
+/// zero.
 #[must_use]
 pub fn add_strays(scan: &RawScan, share: f64, seed: u64) -> RawScan {
     let none = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
@@ -46,7 +48,7 @@ pub fn add_strays(scan: &RawScan, share: f64, seed: u64) -> RawScan {
     strewn
 }
 
-/// Keeps the given share of the points, chosen at random; the count is the share rounded to whole points.
+/// Keeps a random subset of the points: the given fraction, rounded to whole points.
 #[must_use]
 pub fn keep_random(scan: &RawScan, share: f64, seed: u64) -> RawScan {
     let n = scan.points.len();
@@ -58,7 +60,7 @@ pub fn keep_random(scan: &RawScan, share: f64, seed: u64) -> RawScan {
     only(scan, &keep)
 }
 
-/// The same scan moved rigidly, normals and viewpoint too.
+/// Returns the same scan moved rigidly, including normals and viewpoint.
 #[must_use]
 pub fn moved(scan: &RawScan, motion: &RigidTransform) -> RawScan {
     let turned = |n: &Vec<_>| n.iter().map(|&n| narrow(&(motion.rotation * wide(n)))).collect();
@@ -71,7 +73,7 @@ pub fn moved(scan: &RawScan, motion: &RigidTransform) -> RawScan {
     }
 }
 
-/// The same scan in another unit: coordinates times `factor`, which should be above zero.
+/// Returns the same scan in another unit: coordinates times `factor`, which should be above zero.
 #[must_use]
 pub fn scaled(scan: &RawScan, factor: f64) -> RawScan {
     let mut scaled = scan.clone();
@@ -79,7 +81,7 @@ pub fn scaled(scan: &RawScan, factor: f64) -> RawScan {
     scaled
 }
 
-/// The same points in a random order; normals and triangles follow.
+/// Returns the same points in a random order; normals and triangles follow.
 #[must_use]
 pub fn permuted(scan: &RawScan, seed: u64) -> RawScan {
     let order = shuffled(scan.points.len(), scan.points.len(), seed);
@@ -96,7 +98,7 @@ pub fn permuted(scan: &RawScan, seed: u64) -> RawScan {
     }
 }
 
-/// The numbers below `n` with the first `n_drawn` places drawn at random (Fisher and Yates, stopped early).
+/// Returns the numbers below `n` with the first `n_drawn` positions drawn at random (Fisher and Yates, stopped early).
 fn shuffled(n: usize, n_drawn: usize, seed: u64) -> Vec<u32> {
     let mut stream = Stream::new(seed, 0);
     let mut order: Vec<u32> = (0..n as u32).collect();
@@ -106,7 +108,7 @@ fn shuffled(n: usize, n_drawn: usize, seed: u64) -> Vec<u32> {
     order
 }
 
-/// The points marked, in their order.
+/// Returns the marked points, in their order.
 fn only(scan: &RawScan, keep: &[bool]) -> RawScan {
     let mut n_kept = 0;
     let new_place: Vec<Option<u32>> = keep
@@ -138,7 +140,7 @@ pub(crate) mod tests {
     use super::*;
     use nalgebra::Vector3;
 
-    /// A flat random cloud over 10 × 10 units; each point's normal carries its number.
+    /// A flat random cloud over 10 × 10 units; the normal of each point holds its number.
     pub(crate) fn cloud(n: u32) -> RawScan {
         let mut stream = Stream::new(9, 0);
         let points = (0..n).map(|_| [stream.between(0.0, 10.0), stream.between(0.0, 10.0), 1.0]).collect();
@@ -147,7 +149,8 @@ pub(crate) mod tests {
         RawScan { points, normals, triangles, viewpoint: Some([5.0, 5.0, 30.0]), ..RawScan::default() }
     }
 
-    /// Numbers of the points that are left, read from their normals; checks that points and triangles went along.
+    /// Returns the numbers of the points that are left, read from their normals; checks that points and triangles
+    /// correspond.
     pub(crate) fn survivors(original: &RawScan, left: &RawScan) -> Vec<u32> {
         let numbers: Vec<u32> = left.normals.as_ref().unwrap().iter().map(|n| n[0] as u32).collect();
         assert_eq!(left.viewpoint, original.viewpoint);

@@ -1,4 +1,4 @@
-//! A range scanner that looks at a mesh: one ray for each pixel, the nearest surface answers.
+//! A range scanner that looks at a mesh: one ray for each pixel returns the nearest surface.
 //!
 //! Sensor frame: origin at the sensor, x to the right, y down, z along the view. Shells are seen from both sides.
 
@@ -21,14 +21,14 @@ use rayon::prelude::*;
 pub struct RangeNoise {
     /// Standard deviation next to the sensor, data units.
     pub sigma: f64,
-    /// What the standard deviation grows by with the square of the range, per data unit; triangulating sensors do so.
+    /// Increase of the standard deviation with the square of the range, per data unit, as in triangulating sensors.
     pub growth: f64,
-    /// Ranges are rounded to a multiple of this, data units, after the noise. Zero for no rounding.
+    /// Ranges are rounded to a multiple of this, data units, after the noise; zero for no rounding.
     pub step: f64,
 }
 
 impl RangeNoise {
-    /// Gaussian noise of one standard deviation (data units) at every range.
+    /// Returns Gaussian noise with one standard deviation (data units) at every range.
     #[must_use]
     pub fn gaussian(sigma: f64) -> Self {
         RangeNoise { sigma, ..RangeNoise::default() }
@@ -43,26 +43,26 @@ impl RangeNoise {
 /// A pinhole range camera with square pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VirtualScanner {
-    /// Where the sensor is and how it is turned.
+    /// Position and orientation of the sensor.
     pub world_from_sensor: RigidTransform,
-    /// Pixels across.
+    /// Number of pixels across.
     pub width: u32,
-    /// Pixels down.
+    /// Number of pixels down.
     pub height: u32,
     /// Angle between the left and the right edge of the image, radians, between 0 and π.
     pub horizontal_view: f64,
     /// Errors of the ranges.
     pub noise: RangeNoise,
-    /// A return whose ray and surface normal enclose more than this is lost, radians; the surface still hides what is
-    /// behind it.
+    /// Maximum angle between the ray and the surface normal, radians; returns beyond it are lost, but the surface still
+    /// hides what is behind it.
     pub max_incidence: f64,
 }
 
 impl VirtualScanner {
-    /// Scans a mesh given in world coordinates. No points for an image or a view angle without rays.
+    /// Scans a mesh given in world coordinates. There are no points for an image or a view angle without rays.
     ///
     /// # Panics
-    /// When a triangle points outside of the mesh's points.
+    /// If a triangle refers to a point outside of the mesh's points.
     #[must_use]
     pub fn scan(&self, mesh: &Mesh, seed: u64) -> RangeScan {
         let mut scan = RangeScan {
@@ -85,7 +85,7 @@ impl VirtualScanner {
         scan
     }
 
-    /// The point that a pixel returns, if any.
+    /// Returns the point that a pixel measures, if any.
     fn measured(&self, camera: &Pinhole, hit: &Hit, pixel: u32, seed: u64) -> Option<[f64; 3]> {
         let ray = camera.ray(pixel % self.width, pixel / self.width);
         let cos_incidence = hit.normal.dot(&ray).abs() / (hit.normal.norm() * ray.norm());
@@ -97,8 +97,8 @@ impl VirtualScanner {
         (measured > 0.0).then(|| (ray * (hit.depth * (measured / range))).into())
     }
 
-    /// Distance between the points of neighbouring pixels on a surface that faces the sensor at a depth (data units);
-    /// NaN or zero where there are no rays.
+    /// Returns the distance between the points of neighbouring pixels on a surface that faces the sensor at a depth
+    /// (data units); NaN or zero if there are no rays.
     #[must_use]
     pub fn spacing_at(&self, depth: f64) -> f64 {
         2.0 * depth * (self.horizontal_view / 2.0).tan() / f64::from(self.width)
@@ -165,7 +165,7 @@ mod tests {
         for p in &scan.points {
             let p = Vector3::from(*p);
             let outward = (p - centre) / 2.0;
-            // Facets of the sixth subdivision lie at most 3e-4 of the radius under the sphere, and tilt by 1.5°.
+            // Facets of the sixth subdivision are at most 3e-4 of the radius below the sphere, and tilted by 1.5°.
             assert!((outward.norm() - 1.0).abs() < 3e-4);
             assert!(outward.angle(&-p) < 61.5f64.to_radians());
         }

@@ -1,19 +1,20 @@
-//! Where a scanner stands.
+//! Poses of a scanner.
 
 use super::{RangeNoise, VirtualScanner};
 use crate::Mesh;
 use congruent_geometry::RigidTransform;
 use nalgebra::{Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-/// Returns at a flatter angle than this are lost, as real scanners lose them.
+/// Angle of incidence beyond which returns are lost, as with real scanners.
 const USUAL_MAX_INCIDENCE_DEG: f64 = 80.0;
-/// Empty border around a framed object, as a share of its size.
+/// Empty border around a framed object, as a fraction of its size.
 const BORDER: f64 = 0.02;
 
-/// The pose `world_from_sensor` of a sensor at `position` that looks at `target`, with `up` upwards in the image.
+/// Returns the pose `world_from_sensor` of a sensor at `position` that looks at `target`, with `up` upwards in the
+/// image.
 ///
-/// An `up` along the view is replaced by the axis farthest from the view; a target at the position is taken as one
-/// straight along +x.
+/// If `up` is along the view, the axis farthest from the view replaces it; if the target is at the position, the sensor
+/// looks along +x.
 #[must_use]
 pub fn look_at(position: Vector3<f64>, target: Vector3<f64>, up: Vector3<f64>) -> RigidTransform {
     let forward = (target - position).try_normalize(0.0).unwrap_or_else(Vector3::x);
@@ -26,11 +27,11 @@ pub fn look_at(position: Vector3<f64>, target: Vector3<f64>, up: Vector3<f64>) -
 }
 
 impl VirtualScanner {
-    /// A noise-free scanner with a square image that looks at the middle of a mesh from a distance of `factor` times
-    /// the radius of its bounding sphere, and frames it closely.
+    /// Returns a noise-free scanner with a square image that looks at the middle of a mesh from a distance of `factor`
+    /// times the radius of its bounding sphere, and frames it closely.
     ///
-    /// The angles are in radians: azimuth from +x towards +y, elevation from the horizontal towards +z. From within
-    /// the mesh (a factor below about one) the view is 90° wide.
+    /// The angles are in radians: azimuth from +x towards +y, elevation from the horizontal towards +z. From within the
+    /// mesh (a factor below about one) the view is 90° wide.
     #[must_use]
     pub fn orbit(mesh: &Mesh, azimuth: f64, elevation: f64, factor: f64, pixels: u32) -> Self {
         let (centre, radius) = mesh.bounding_sphere();
@@ -47,7 +48,7 @@ impl VirtualScanner {
     }
 }
 
-/// The view angle whose square image just holds the mesh; a right angle where some of it is not in front.
+/// Returns the view angle whose square image just holds the mesh; a right angle if some of it is not in front.
 fn framing_view(mesh: &Mesh, world_from_sensor: &RigidTransform) -> f64 {
     let sensor_from_world = world_from_sensor.inverse();
     let slopes = mesh.points.iter().map(|&p| {

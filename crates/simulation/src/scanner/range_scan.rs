@@ -1,34 +1,34 @@
-//! What a scanner returns.
+//! The result of a scan.
 
 use congruent_geometry::{RawScan, RigidTransform};
 
-/// The returns of one look, in the sensor's frame, row by row.
+/// The returns of one view, in the sensor's frame, row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RangeScan {
     /// One for each pixel that returned something; the viewpoint is the origin.
     pub points: Vec<[f64; 3]>,
-    /// Where each point was seen: row · width + column.
+    /// The pixel of each point: row · width + column.
     pub pixels: Vec<u32>,
-    /// Pixels across.
+    /// Number of pixels across.
     pub width: u32,
-    /// Pixels down.
+    /// Number of pixels down.
     pub height: u32,
     /// The sensor's true pose.
     pub world_from_sensor: RigidTransform,
 }
 
 impl RangeScan {
-    /// The points alone.
+    /// Returns the points alone.
     #[must_use]
     pub fn cloud(&self) -> RawScan {
         RawScan { points: self.points.clone(), ..RawScan::default() }
     }
 
-    /// The points with the triangles between neighbouring pixels. They face the sensor; noise along the rays cannot turn
-    /// them.
+    /// Returns the points with the triangles between neighbouring pixels. These face the sensor; noise along the rays
+    /// cannot flip them.
     ///
-    /// Pixels are connected where their depths differ by at most `max_jump` data units. Of a square's two diagonals the
-    /// one with the smaller jump is cut along.
+    /// Pixels are connected if their depths differ by at most `max_jump` data units. A square is split along the
+    /// diagonal with the smaller jump.
     #[must_use]
     pub fn meshed(&self, max_jump: f64) -> RawScan {
         let mut at = vec![None; self.width as usize * self.height as usize];
@@ -46,7 +46,7 @@ impl RangeScan {
         scan
     }
 
-    /// Up to two triangles of a square, whose corners run from the upper left downwards and around.
+    /// Returns up to two triangles of a square, whose corners run from the upper left downwards and around.
     fn triangles_of(&self, square: [Option<u32>; 4], max_jump: f64) -> [Option<[u32; 3]>; 2] {
         let depth = |i: u32| self.points[i as usize][2];
         let jump = |a: Option<u32>, b: Option<u32>| match (a, b) {

@@ -1,4 +1,4 @@
-//! Which surface each pixel sees.
+//! The surface that each pixel sees.
 //!
 //! Each triangle is tested against the rays of its box of pixels, exactly in space: nothing is interpolated in the
 //! image, so triangles may be as large as a wall or reach behind the sensor.
@@ -6,11 +6,11 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-/// Rows that one task fills.
+/// Number of rows that one task fills.
 const BAND_ROWS: usize = 16;
-/// Surfaces nearer than this share of the mesh's largest coordinate are not seen; it only keeps divisions finite.
+/// Surfaces nearer than this fraction of the mesh's largest coordinate are not seen; it only keeps divisions finite.
 const NEAR: f64 = 1e-9;
-/// Pixels by which boxes are widened against rounding; the exact test decides.
+/// Number of pixels by which boxes are widened against rounding; the exact test decides.
 const SLACK: f64 = 1e-3;
 
 /// A camera at the origin looking along +z.
@@ -21,7 +21,7 @@ pub(super) struct Pinhole {
 }
 
 impl Pinhole {
-    /// Nothing for an image without pixels, or with 2³² and more, or for a view outside of 0 to π radians.
+    /// Returns `None` for an image without pixels, or with 2³² or more, or for a view outside 0 to π radians.
     pub(super) fn new(width: u32, height: u32, horizontal_view: f64) -> Option<Self> {
         let sane = width > 0 && height > 0 && width.checked_mul(height).is_some();
         let view_is_sane = horizontal_view > 0.0 && horizontal_view < std::f64::consts::PI;
@@ -29,7 +29,7 @@ impl Pinhole {
         (sane && view_is_sane).then_some(Pinhole { width, height, focal })
     }
 
-    /// The direction of a pixel's centre, scaled to z = 1.
+    /// Returns the direction of a pixel's centre, scaled to z = 1.
     pub(super) fn ray(&self, column: u32, row: u32) -> Vector3<f64> {
         let x = f64::from(column) + 0.5 - f64::from(self.width) / 2.0;
         let y = f64::from(row) + 0.5 - f64::from(self.height) / 2.0;
@@ -40,13 +40,13 @@ impl Pinhole {
 /// What a pixel sees.
 #[derive(Clone, Copy)]
 pub(super) struct Hit {
-    /// Along z; infinite for nothing.
+    /// Depth along z; infinite if nothing is seen.
     pub(super) depth: f64,
-    /// Normal of the triangle, of any length and on any side.
+    /// Normal of the triangle, of any length and on either side.
     pub(super) normal: Vector3<f64>,
 }
 
-/// The nearest surface for each pixel, row by row. Of surfaces at the same depth the first in the list wins.
+/// Returns the nearest surface for each pixel, row by row. Of surfaces at the same depth the first in the list wins.
 pub(super) fn nearest_hits(camera: &Pinhole, points: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Vec<Hit> {
     let near = NEAR * points.iter().map(|p| p.amax()).filter(|v| v.is_finite()).fold(0.0, f64::max);
     let corners = |t: &[u32; 3]| t.map(|i| points[i as usize]);
@@ -75,7 +75,7 @@ pub(super) fn nearest_hits(camera: &Pinhole, points: &[Vector3<f64>], triangles:
     hits
 }
 
-/// A triangle made ready for many rays from the origin.
+/// A triangle prepared for many rays from the origin.
 struct Facet {
     normal: Vector3<f64>,
     /// `normal · corner`, the same for every corner.
@@ -91,7 +91,7 @@ impl Facet {
         Facet { normal, offset: normal.dot(a), edges: [a.cross(b), b.cross(c), c.cross(a)] }
     }
 
-    /// Takes over the pixel if the ray meets the triangle in front of what was seen so far.
+    /// Replaces the hit of the pixel if the ray meets the triangle in front of what was seen so far.
     fn meet(&self, ray: &Vector3<f64>, near: f64, hit: &mut Hit) {
         let sides = self.edges.map(|edge| edge.dot(ray));
         if !(sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0)) {
@@ -112,7 +112,7 @@ struct PixelBox {
 }
 
 impl PixelBox {
-    /// The box around the part of the triangle in front of the near plane. Empty for a triangle with a NaN.
+    /// Computes the box around the part of the triangle in front of the near plane; empty for a triangle with a NaN.
     fn new(camera: &Pinhole, corners: &[Vector3<f64>; 3], near: f64) -> Self {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         let mut include = |p: Vector3<f64>| {
@@ -140,7 +140,7 @@ impl PixelBox {
     }
 }
 
-/// The pixels with centres between two image coordinates measured from the image's middle.
+/// Returns the pixels with centres between two image coordinates measured from the image's middle.
 fn pixels_between(low: f64, high: f64, count: u32) -> [u32; 2] {
     let first_centre = 0.5 - f64::from(count) / 2.0;
     let limit = |v: f64| v.clamp(0.0, f64::from(count)) as u32;

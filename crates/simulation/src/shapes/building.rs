@@ -1,21 +1,21 @@
-//! Parts of buildings that look the same from more than one place.
+//! Parts of buildings that look the same from several places.
 
 use super::{cuboid, plane};
 use crate::Mesh;
 
-/// A passage along the x axis, centred, open at both ends: floor, ceiling and two walls, facing inwards.
+/// Returns a passage along the x axis, centred, open at both ends: floor, ceiling and two walls, facing inwards.
 #[must_use]
 pub fn corridor(length: f64, width: f64, height: f64) -> Mesh {
     let mut mesh = cuboid([length, width, height]).inside_out();
-    // A wall across the passage has one x in all its corners.
+    // A wall across the passage has the same x in all its corners.
     let points = mesh.points.clone();
     let x = |i: u32| points[i as usize][0];
     mesh.triangles.retain(|[a, b, c]| (x(*a) - x(*b)).abs() > 0.0 || (x(*a) - x(*c)).abs() > 0.0);
     mesh
 }
 
-/// A wall in the plane z = 0 that faces +z, with `columns` × `rows` equal bays that stand out from it, one unit apart;
-/// centred. A shift by one unit maps all bays but one column onto bays.
+/// Returns a wall in the plane z = 0 that faces +z, with `columns` × `rows` equal bays that stand out from it, one unit
+/// apart; centred. A translation by one unit maps all bays but one column onto bays.
 #[must_use]
 pub fn facade(columns: u32, rows: u32) -> Mesh {
     let bay = cuboid([0.55, 0.6, 0.3]);

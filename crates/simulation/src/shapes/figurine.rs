@@ -6,21 +6,21 @@ use crate::Mesh;
 use congruent_geometry::random::Stream;
 use nalgebra::{Matrix3, Vector3};
 
-/// Height of the figurine along z; think of millimetres.
+/// Height of the figurine along z, say in millimetres.
 pub const FIGURINE_HEIGHT: f64 = 100.0;
-/// Cell of the lattice in which the surface is found; gives some 80 000 triangles.
+/// Cell size of the lattice in which the surface is found; gives some 80 000 triangles.
 const STEP: f64 = 1.2;
-/// Free space between the parts and the lattice's border. No relief rises so high.
+/// Free space between the parts and the lattice's border; no relief rises that high.
 const MARGIN: f64 = 6.0;
-/// Joints are moved by up to this along each axis.
+/// Maximum displacement of joints along each axis.
 const JITTER: f64 = 1.5;
-/// Corners of the box that holds all parts, however they are moved.
+/// Corners of the box that holds all parts, however they are displaced.
 const LOW: [f64; 3] = [-42.0, -27.0, -5.0];
 const HIGH: [f64; 3] = [37.0, 29.0, 106.0];
 
-/// A standing statuette, centred at the origin, 100 units high along z: a robed figure on a foot with one arm raised
-/// and one across, and on it dozens of bumps, dents and folds of 4 to 25 % of its size. The seed draws the relief and
-/// moves the limbs a little.
+/// Returns a standing statuette, centred at the origin, 100 units high along z: a robed figure on a base with one arm
+/// raised and one across, and on it dozens of bumps, dents and folds of 4 to 25 % of its size. The seed determines the
+/// relief and moves the limbs slightly.
 ///
 /// Closed, in one piece and without self-intersections.
 #[must_use]
@@ -40,8 +40,8 @@ fn lattice() -> Lattice {
     Lattice { low, step: STEP, nodes }
 }
 
-/// What every figurine has: x to its left, y to its back, z up. No radius is below the deepest dent and half a
-/// cell's diagonal together (1.6 + 1.04), so that no dent can cut a limb off.
+/// Returns the parts of every figurine: x to its left, y to its back, z up. No radius is below the sum of the deepest
+/// dent and half a cell's diagonal (1.6 + 1.04), so that no dent can cut off a limb.
 fn parts(stream: &mut Stream) -> Vec<Part> {
     let mut near = |x: f64, y: f64, z: f64| {
         let mut jitter = || stream.between(-JITTER, JITTER);
@@ -69,7 +69,8 @@ fn parts(stream: &mut Stream) -> Vec<Part> {
     ]
 }
 
-/// Sizes as standard deviations, a bump's visible extent is four of them; and heights as shares of these.
+/// Draws the relief. Sizes are standard deviations (a bump's visible extent is four of them); heights are fractions of
+/// these.
 fn relief(solid: &Solid, stream: &mut Stream) -> Vec<Bump> {
     let scales = [(18, [4.0, 6.0], 0.5), (90, [1.8, 3.2], 0.5), (120, [1.1, 1.6], 0.4)];
     let kinds =
@@ -80,7 +81,7 @@ fn relief(solid: &Solid, stream: &mut Stream) -> Vec<Bump> {
             let width = stream.between(widths[0], widths[1]);
             let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
             let height = sign * steepness * width * stream.between(0.7, 1.3);
-            // Of six, two are folds: narrow across, long along.
+            // Two of six are folds: narrow across, long along.
             let [across, along] = if i % 6 < 2 { [0.55, 2.4] } else { [1.0, 1.0] };
             let outward = solid.outward(&at);
             let side = outward.cross(&direction(stream)).try_normalize(1e-6).unwrap_or_else(Vector3::x);
@@ -90,9 +91,9 @@ fn relief(solid: &Solid, stream: &mut Stream) -> Vec<Bump> {
         .collect()
 }
 
-/// A place on the bare surface, all over it but not quite evenly.
+/// Draws a point on the bare surface, all over it but not quite evenly.
 fn somewhere(solid: &Solid, stream: &mut Stream) -> Vector3<f64> {
-    /// Starting so near keeps the ends of limbs from drawing more than their share.
+    /// Starting this close keeps the ends of limbs from drawing more than their share.
     const NEAR: f64 = 4.0;
     let mut start = || Vector3::from_fn(|k, _| stream.between(LOW[k], HIGH[k]));
     let mut from = start();
@@ -120,7 +121,7 @@ mod tests {
     use crate::mesh::checks::{is_closed, volume};
     use congruent_geometry::{NeighborIndex, narrow};
 
-    /// How many separate pieces a mesh has.
+    /// Returns the number of separate pieces of a mesh.
     fn n_pieces(mesh: &Mesh) -> usize {
         fn root(parent: &mut [u32], mut i: u32) -> u32 {
             while parent[i as usize] != i {
@@ -157,7 +158,7 @@ mod tests {
         assert_ne!(figurine(3), figurine(4));
     }
 
-    /// Mean distance from a moved figurine to the figurine itself.
+    /// Returns the mean distance from a moved figurine to the figurine itself.
     fn misfit(points: &[[f64; 3]], index: &NeighborIndex, motion: impl Fn(Vector3<f64>) -> Vector3<f64>) -> f64 {
         let moved: Vec<Vector3<f64>> = points.iter().step_by(40).map(|&p| motion(p.into())).collect();
         let distance =
@@ -175,7 +176,8 @@ mod tests {
         let axes = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()];
         for (axis, step) in axes.into_iter().flat_map(|a| (1..12).map(move |s| (a, s))) {
             let turn = nalgebra::Rotation3::from_axis_angle(&axis, f64::from(step) * 30f64.to_radians());
-            // Its relief is some percent of its size: a symmetry would be below the mesh's spacing of half a unit.
+            // The relief is a few percent of the size; with a symmetry the distance would be below the mesh's spacing
+            // of half a unit.
             let distance = misfit(&points, &index, |p| turn * p);
             assert!(distance > 1.5, "{axis:?} {step}: {distance}");
         }

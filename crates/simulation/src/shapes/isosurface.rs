@@ -5,10 +5,10 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// Corners keep this share of an edge's length from its ends, so that no two fall together.
+/// Minimum distance of corners from the ends of an edge, as a fraction of its length, so that no two coincide.
 const KEEP_OFF: f64 = 1e-3;
 /// The six orders in which to walk along the three axes from one corner of a cube to the opposite one, each with
-/// whether it is even: a tetrahedron each.
+/// whether it is even; each walk is a tetrahedron.
 const WALKS: [([usize; 3], bool); 6] = [
     ([0, 1, 2], true),
     ([1, 2, 0], true),
@@ -24,7 +24,7 @@ pub(crate) struct Lattice {
     pub(crate) low: Vector3<f64>,
     /// Side of a cell.
     pub(crate) step: f64,
-    /// Nodes along each axis.
+    /// Number of nodes along each axis.
     pub(crate) nodes: [usize; 3],
 }
 
@@ -35,8 +35,8 @@ impl Lattice {
         self.low + Vector3::from(place.map(|i| i as f64 * self.step))
     }
 
-    /// The surface where `field` passes from negative (inside) to positive. Closed where the solid does not reach the
-    /// lattice's border, and free of self-intersections, because each tetrahedron holds a flat piece of its own.
+    /// Returns the surface where `field` passes from negative (inside) to positive. Closed if the solid does not reach
+    /// the lattice's border, and free of self-intersections, because each tetrahedron holds a flat piece of its own.
     pub(crate) fn surface(&self, field: impl Fn(&Vector3<f64>) -> f64 + Sync) -> Mesh {
         let n_nodes = self.nodes.iter().product();
         let values: Vec<f64> = (0..n_nodes).into_par_iter().map(|node| field(&self.position(node))).collect();
@@ -54,8 +54,8 @@ impl Lattice {
         Mesh { points: cutter.edges.par_iter().map(crossing).collect(), triangles: cutter.triangles }
     }
 
-    /// Where the field passes zero on an edge from an inside to an outside node, by linear interpolation with one
-    /// correction: without it the lattice shows through on curved parts.
+    /// Returns where the field passes zero on an edge from an inside to an outside node, by linear interpolation with
+    /// one correction: without it the lattice would show through on curved parts.
     fn crossing(
         &self,
         &(inside, outside): &(usize, usize),
@@ -74,7 +74,7 @@ impl Lattice {
     }
 }
 
-/// Where the straight line through two places and their values, the first below zero, passes zero.
+/// Returns where the straight line through two positions and their values, the first below zero, passes zero.
 fn zero_between([low, below]: [f64; 2], [high, above]: [f64; 2]) -> f64 {
     low + (high - low) * below / (below - above)
 }
@@ -84,7 +84,7 @@ struct Cutter<'a> {
     values: Vec<f64>,
     /// The corner on each cut edge, by the edge's nodes in ascending order.
     corners: HashMap<(usize, usize), u32>,
-    /// Of each corner, its inside node first.
+    /// The edge of each corner, its inside node first.
     edges: Vec<(usize, usize)>,
     triangles: Vec<[u32; 3]>,
 }
@@ -136,7 +136,7 @@ impl Cutter<'_> {
         }
     }
 
-    /// Adds a triangle, or a quadrangle as two, with corners on edges from an inside to an outside node.
+    /// Adds a triangle, or a quadrilateral as two, with corners on edges from an inside to an outside node.
     fn add(&mut self, edges: &[(usize, usize)]) {
         let first = self.corner(edges[0]);
         for pair in edges[1..].windows(2) {
@@ -166,7 +166,7 @@ mod tests {
         assert!(is_closed(&mesh));
         let ball = 4.0 / 3.0 * std::f64::consts::PI;
         assert!((volume(&mesh) / ball - 1.0).abs() < 0.01, "{}", volume(&mesh));
-        // Between nodes the distance bends by at most (√3·step)² / 8 = 0.004; the correction leaves a quarter of it.
+        // Between nodes the distance is bent by at most (√3·step)² / 8 = 0.004; the correction leaves a quarter of it.
         assert!(mesh.points.iter().all(|&p| (Vector3::from(p).norm() - 1.0).abs() < 1e-3));
     }
 

@@ -1,7 +1,7 @@
 //! Built-in shapes.
 //!
-//! [`figurine`] has no symmetry and relief at several scales, so that partial views of it can be registered. The others
-//! are the symmetric shapes on which registration has no unique answer, and [`room`] is a scene seen from within.
+//! [`figurine`] has no symmetry and has relief at several scales, so that partial views of it can be registered. The
+//! others are symmetric shapes on which registration has no unique answer, and [`room`] is a scene seen from within.
 
 mod building;
 mod figurine;
@@ -17,7 +17,7 @@ pub use round::{bowl, cylinder, sphere};
 
 use crate::Mesh;
 
-/// A square of the given side length in the plane z = 0, centred, facing +z, of `n` × `n` cells (at least one).
+/// Returns a square of the given side length in the plane z = 0, centred, facing +z, of `n` × `n` cells (at least one).
 #[must_use]
 pub fn plane(size: f64, n: u32) -> Mesh {
     let n = n.max(1);
@@ -31,11 +31,11 @@ pub fn plane(size: f64, n: u32) -> Mesh {
     Mesh { points, triangles }
 }
 
-/// A closed box with the given side lengths, centred at the origin.
+/// Returns a closed box with the given side lengths, centred at the origin.
 #[must_use]
 pub fn cuboid(size: [f64; 3]) -> Mesh {
     let half = size.map(|s| s / 2.0);
-    // Corner number: bit k is the side on axis k.
+    // Bit k of a corner's number is its side on axis k.
     let corner = |i: usize| std::array::from_fn(|k| if (i >> k) & 1 == 1 { half[k] } else { -half[k] });
     let faces: [[u32; 4]; 6] = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let triangles = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
@@ -56,7 +56,7 @@ mod tests {
             assert!((volume(mesh) / expected - 1.0).abs() < tolerance, "{name}: {}", volume(mesh));
         };
         check("cuboid", &cuboid([2.0, 3.0, 4.0]), 24.0, 1e-12);
-        // Flat facets cut off the bulge: the missing share falls with the square of their size.
+        // Flat facets cut off the bulge: the missing fraction falls with the square of their size.
         check("sphere", &sphere(2.0, 4), 32.0 / 3.0 * PI, 0.01);
         check("cylinder", &cylinder(2.0, 5.0, 100), 20.0 * PI, 0.01);
         check("smallest cylinder", &cylinder(1.0, 1.0, 0), 0.75 * 3f64.sqrt(), 1e-12);

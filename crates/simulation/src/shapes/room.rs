@@ -5,16 +5,16 @@ use crate::Mesh;
 use congruent_geometry::random::Stream;
 use nalgebra::{Rotation2, Vector2, Vector3};
 
-/// Length, width and height of the room; think of metres.
+/// Length, width and height of the room, say in metres.
 pub const ROOM_SIZE: [f64; 3] = [6.0, 4.5, 2.6];
-/// Pieces of furniture.
+/// Number of pieces of furniture.
 const N_BOXES: usize = 9;
-/// Furniture keeps this far from the room's middle, so that a scanner fits there.
+/// Distance of furniture from the room's middle, so that a scanner fits there.
 const CLEARANCE: f64 = 0.8;
 
-/// An empty box with the floor at z = 0 and its middle on the z axis, walls facing inwards, with boxes of seeded sizes
-/// on the floor, turned about the vertical. Boxes may run into one another; none comes nearer to the z axis than
-/// 0.8 units.
+/// Returns an empty box with the floor at z = 0 and its middle on the z axis, walls facing inwards, with boxes of
+/// random sizes on the floor, rotated about the vertical. Boxes may overlap; none comes nearer to the z axis than 0.8
+/// units.
 #[must_use]
 pub fn room(seed: u64) -> Mesh {
     let mut stream = Stream::new(seed, 0);
@@ -26,10 +26,10 @@ pub fn room(seed: u64) -> Mesh {
     mesh
 }
 
-/// A box that stands on the floor inside the walls.
+/// Returns a box that stands on the floor inside the walls.
 fn furniture(stream: &mut Stream) -> Mesh {
     let size = [stream.between(0.3, 1.2), stream.between(0.3, 0.8), stream.between(0.3, 1.9)];
-    // Its diagonal keeps the box off the walls and off the middle, however it is turned.
+    // Its diagonal keeps the box off the walls and off the middle, however it is rotated.
     let reach = Vector2::new(size[0], size[1]).norm() / 2.0;
     let half = Vector2::new(ROOM_SIZE[0], ROOM_SIZE[1]) / 2.0 - Vector2::repeat(reach);
     let mut place = || Vector2::new(stream.between(-half.x, half.x), stream.between(-half.y, half.y));

@@ -5,11 +5,11 @@ use nalgebra::Vector3;
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// Beyond this a sphere has more than five million triangles.
+/// Maximum number of subdivisions, with which a sphere has some five million triangles.
 const MOST_SUBDIVISIONS: u32 = 9;
 
-/// An icosahedron, each triangle cut into four `subdivisions` times (at most nine), with all points pushed out to
-/// `radius`; centred at the origin. It has 20·4^subdivisions triangles.
+/// Returns an icosahedron with each triangle split into four `subdivisions` times (at most nine), and all points pushed
+/// out to `radius`; centred at the origin. It has 20·4^subdivisions triangles.
 #[must_use]
 pub fn sphere(radius: f64, subdivisions: u32) -> Mesh {
     let mut mesh = icosahedron();
@@ -23,7 +23,7 @@ pub fn sphere(radius: f64, subdivisions: u32) -> Mesh {
 fn icosahedron() -> Mesh {
     let golden = f64::midpoint(1.0, 5f64.sqrt());
     let signs = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
-    // Three golden rectangles, each the last one with its axes moved on by one.
+    // Three golden rectangles, each being the previous one with its axes rotated by one.
     let rectangle = |turn: usize| signs.map(|(a, b)| rotated_axes([0.0, a, b * golden], turn));
     let points: Vec<[f64; 3]> = (0..3).flat_map(rectangle).map(|p| Vector3::from(p).normalize().into()).collect();
     let edge_sq = (Vector3::from(points[0]) - Vector3::from(points[1])).norm_squared();
@@ -52,7 +52,7 @@ fn outward([i, j, k]: [usize; 3], points: &[[f64; 3]]) -> [u32; 3] {
     if a.dot(&b.cross(&c)) > 0.0 { [i, j, k] } else { [i, k, j] }
 }
 
-/// Each triangle cut into four at the middles of its edges; new points are pushed out to the unit sphere.
+/// Splits each triangle into four at the midpoints of its edges; new points are pushed out to the unit sphere.
 fn subdivided(mesh: &Mesh) -> Mesh {
     let mut points = mesh.points.clone();
     let mut middles: HashMap<(u32, u32), u32> = HashMap::with_capacity(mesh.triangles.len() * 3 / 2);
@@ -71,7 +71,7 @@ fn subdivided(mesh: &Mesh) -> Mesh {
     Mesh { points, triangles }
 }
 
-/// A closed cylinder around the z axis, centred at the origin, with at least three `segments` around.
+/// Returns a closed cylinder around the z axis, centred at the origin, with at least three `segments` around.
 #[must_use]
 pub fn cylinder(radius: f64, height: f64, segments: u32) -> Mesh {
     let n = segments.max(3);
@@ -88,7 +88,7 @@ pub fn cylinder(radius: f64, height: f64, segments: u32) -> Mesh {
     Mesh { points, triangles: (0..n).flat_map(segment).collect() }
 }
 
-/// The lower half (z ≤ 0) of a sphere as an open shell without thickness, `segments` around (at least three).
+/// Returns the lower half (z ≤ 0) of a sphere as an open shell without thickness, `segments` around (at least three).
 #[must_use]
 pub fn bowl(radius: f64, segments: u32) -> Mesh {
     let n = segments.max(3);

@@ -1,12 +1,12 @@
-//! Solids as signed distances: limbs and bodies that flow into each other, with relief on them.
+//! Solids as signed distances: limbs and bodies that blend into each other, with relief on them.
 
 use nalgebra::Vector3;
 
-/// Parts nearer to each other than about this flow together.
+/// Approximate distance within which parts blend into each other.
 const BLEND: f64 = 1.6;
-/// Relief counts up to this many widths from its middle, where it has sunk to 1 %.
+/// Number of widths from its centre up to which relief counts; there it has fallen to 1 %.
 const REACH: f64 = 3.0;
-/// Dents never go deeper than this, however many of them meet: so the middle line of a thicker part stays inside.
+/// Maximum depth of dents, however many of them meet, so that the centre line of a thicker part stays inside.
 pub(crate) const DEEPEST: f64 = 1.6;
 
 /// One part of a solid.
@@ -14,12 +14,12 @@ pub(crate) const DEEPEST: f64 = 1.6;
 pub(crate) enum Part {
     /// An ellipsoid with half axes along x, y and z.
     Body { centre: Vector3<f64>, half_axes: Vector3<f64> },
-    /// A rod with round ends; its radius runs evenly from one end to the other.
+    /// A rod with round ends; its radius changes linearly from one end to the other.
     Limb { ends: [Vector3<f64>; 2], radii: [f64; 2] },
 }
 
 impl Part {
-    /// Negative inside; near the surface a distance, up to a few percent.
+    /// Returns the distance: negative inside, and accurate to a few percent near the surface.
     fn distance(&self, p: &Vector3<f64>) -> f64 {
         match self {
             Part::Body { centre, half_axes } => {
@@ -36,13 +36,13 @@ impl Part {
     }
 }
 
-/// A hill on the surface, or with a negative height a dent: Gaussian, with three widths.
+/// A Gaussian bump on the surface with three widths, or with a negative height a dent.
 #[derive(Clone, Debug)]
 pub(crate) struct Bump {
     pub(crate) at: Vector3<f64>,
     /// Rows: the three axes, each divided by the standard deviation along it.
     pub(crate) axes: nalgebra::Matrix3<f64>,
-    /// How far the surface moves outwards at the top.
+    /// Outward displacement of the surface at the top.
     pub(crate) height: f64,
 }
 
@@ -61,15 +61,15 @@ pub(crate) struct Solid {
 }
 
 impl Solid {
-    /// Distance to the parts alone, blended where they meet.
+    /// Returns the distance to the parts alone, blended where they meet.
     pub(crate) fn bare_distance(&self, p: &Vector3<f64>) -> f64 {
-        // The nearest part is taken out of the sum of exponentials, which would overflow or vanish far away.
+        // The nearest part is factored out of the sum of exponentials, which would overflow or vanish far away.
         let nearest = self.parts.iter().map(|part| part.distance(p)).fold(f64::INFINITY, f64::min);
         let others = self.parts.iter().map(|part| ((nearest - part.distance(p)) / BLEND).exp());
         nearest - BLEND * others.sum::<f64>().ln()
     }
 
-    /// The same with the relief, which is not asked for farther than `relief_reach` from the bare surface.
+    /// Returns the distance with the relief, which is evaluated only up to `relief_reach` from the bare surface.
     pub(crate) fn distance(&self, p: &Vector3<f64>, relief_reach: f64) -> f64 {
         let bare = self.bare_distance(p);
         if bare.abs() > relief_reach {
@@ -79,14 +79,15 @@ impl Solid {
         bare - if relief < 0.0 { DEEPEST * (relief / DEEPEST).tanh() } else { relief }
     }
 
-    /// The place on the bare surface that is reached from a point by walking down the distance; near the nearest one.
+    /// Returns the point on the bare surface that is reached from `from` by descending the distance; close to the
+    /// nearest one.
     pub(crate) fn on_surface(&self, from: Vector3<f64>) -> Vector3<f64> {
-        /// The distance is nearly exact, so a few corrected steps suffice.
+        /// Number of corrected steps; a few suffice because the distance is nearly exact.
         const STEPS: usize = 6;
         (0..STEPS).fold(from, |p, _| p - self.outward(&p) * self.bare_distance(&p))
     }
 
-    /// The direction in which the bare distance grows fastest, by differences.
+    /// Returns the direction in which the bare distance grows fastest, by finite differences.
     pub(crate) fn outward(&self, p: &Vector3<f64>) -> Vector3<f64> {
         const STEP: f64 = 1e-3;
         let slope = |axis: usize| {
