@@ -6,14 +6,15 @@ use crate::page::{Block, Cell, Page, Table};
 use crate::pair::ending;
 use congruent_evaluation::{BANDS, D_RMSE, PairRow, Status, VERDICT_D_RMSE};
 
-/// Bars of a histogram.
+/// Number of bars in a histogram.
 const BARS: usize = 20;
-/// Errors beyond it are counted together, `pr`.
+/// Error above which pairs are counted together, `pr`.
 const LARGEST_ERROR_PR: f64 = 10.0;
-/// Bands of confidence.
+/// Number of bands of confidence.
 const CONFIDENCES: usize = 10;
 
-/// The rows of one data set with one configuration. `summary` is the text of [`congruent_evaluation::Summary`].
+/// Returns the page for the rows of one data set with one configuration. `summary` is the text of
+/// [`congruent_evaluation::Summary`].
 #[must_use]
 pub fn evaluation_page(dataset: &str, rows: &[PairRow], summary: &str, config: &str, version: &str) -> Page {
     let figures = evaluation_figures(rows).into_iter().map(|figure| (figure.caption, figure.svg)).collect();
@@ -28,13 +29,13 @@ pub fn evaluation_page(dataset: &str, rows: &[PairRow], summary: &str, config: &
     Page { title: format!("Evaluation on {dataset}"), subtitle: String::new(), blocks }
 }
 
-/// Accuracy over the bound, and histograms of errors and matches, and how far the confidence can be trusted. Pairs that are
-/// not scored do not count.
+/// Returns the accuracy as a function of the bound, histograms of errors and matches, and how far the confidence can be
+/// trusted. Pairs that are not scored do not count.
 #[must_use]
 pub fn evaluation_figures(rows: &[PairRow]) -> Vec<Figure> {
     let scored: Vec<&PairRow> = rows.iter().filter(|row| row.status == Status::Scored).collect();
     let of = |f: &dyn Fn(&PairRow) -> f64| scored.iter().map(|row| f(row)).collect::<Vec<f64>>();
-    // No pose is as wrong as can be.
+    // No pose counts as the largest error.
     let errors = of(&|row| row.rmse_pr.unwrap_or(f64::INFINITY));
     let ratios = of(&|row| 100.0 * row.inliers_5pr as f64 / row.matches.max(1) as f64);
     let counts = of(&|row| row.inliers_5pr as f64);
@@ -79,7 +80,7 @@ fn accuracy_over_bound(scored: &[&PairRow]) -> Curves {
     Curves { x: Axis::Numbers("d_rmse (pr)".to_owned()), y: Measure::percent("accuracy, %"), curves }
 }
 
-/// For each band of confidence that has pairs: their mean confidence, and the share of right ones.
+/// Returns, for each band of confidence that has pairs, their mean confidence and the fraction of right ones.
 fn confidence(scored: &[&PairRow]) -> Curves {
     let said: Vec<(f64, bool)> =
         scored.iter().filter_map(|row| Some((row.confidence?, row.is_right(VERDICT_D_RMSE)))).collect();

@@ -1,8 +1,8 @@
-//! Results for the eye: HTML pages of one file each that open without a network.
+//! Visual results: HTML pages of one file each that open without a network.
 //!
-//! A [`Page`] is a title and blocks: text, facts, tables, figures (SVG), and interactive 3D views. A [`Scene`] is what such
-//! a view shows: layers of points and of lines on bodies that rigid motions put in place. [`pair_page`] shows one
-//! registration, [`experiment_page`] and [`evaluation_page`] many. Nothing here opens a file or prints.
+//! A [`Page`] is a title and blocks: text, facts, tables, figures (SVG), and interactive 3D views. A [`Scene`] is the
+//! content of such a view: layers of points and of lines on bodies that rigid motions put in place. [`pair_page`] shows
+//! one registration, [`experiment_page`] and [`evaluation_page`] many. Nothing here opens a file or prints.
 
 mod evaluation;
 mod experiment;

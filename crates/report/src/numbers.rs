@@ -1,18 +1,18 @@
-//! Numbers for people: as many digits as count.
+//! Numbers formatted for people, with as many digits as are significant.
 
-/// More say nothing of an `f64` of ordinary size.
+/// Maximum number of decimals; more are meaningless for an `f64` of ordinary size.
 const MOST: f64 = 15.0;
 
-/// Decimals that show a step of this size.
+/// Returns the number of decimals that show a step of this size.
 #[must_use]
 pub fn decimals(step: f64) -> usize {
     if step > 0.0 && step.is_finite() { (-step.log10().floor()).clamp(0.0, MOST) as usize } else { 0 }
 }
 
-/// Numbers with more decimals are written with a power of ten.
+/// Maximum number of decimals; numbers with more are written in scientific notation.
 const READABLE: usize = 9;
 
-/// A length with so many digits that count; nothing is cut off before the point.
+/// Formats a length with this many significant digits; nothing before the decimal point is cut off.
 #[must_use]
 pub fn digits(length: f64, n: u32) -> String {
     match decimals(length.abs() / 10f64.powi(n as i32 - 1)) {
@@ -21,8 +21,8 @@ pub fn digits(length: f64, n: u32) -> String {
     }
 }
 
-/// The rows of a pose, as exactly as a cloud of this resolution tells it at places so far from zero: a thousandth of it.
-/// Data units.
+/// Formats the rows of a pose as precisely as a cloud of this resolution determines it at this distance from the
+/// origin: to a thousandth of the resolution. Data units.
 #[must_use]
 pub fn pose_rows(rows: &[[f64; 4]; 4], resolution: f64, reach: f64) -> [String; 4] {
     let step = resolution / 1000.0;

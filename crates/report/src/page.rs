@@ -1,4 +1,4 @@
-//! A page of HTML that needs no other file.
+//! An HTML page that needs no other file.
 
 use crate::Scene;
 use std::fmt::Write;
@@ -8,31 +8,31 @@ const VIEWER_STYLE: &str = include_str!("../assets/viewer.css");
 const VIEWER: &str = include_str!("../assets/viewer.js");
 const SORTING: &str = include_str!("../assets/sorting.js");
 
-/// A title and what follows it.
+/// A title and the content that follows it.
 #[derive(Clone, Debug, Default)]
 pub struct Page {
-    /// Of the window, and the heading.
+    /// Title of the window, and the heading.
     pub title: String,
-    /// Beneath the heading.
+    /// Text beneath the heading.
     pub subtitle: String,
-    /// From top to bottom.
+    /// Content from top to bottom.
     pub blocks: Vec<Block>,
 }
 
-/// Something on a page. Text is escaped where it is put in; only [`Block::Figures`] takes markup.
+/// An element of a page. Text is escaped when it is inserted; only [`Block::Figures`] takes markup.
 #[derive(Clone, Debug)]
 pub enum Block {
-    /// A heading that begins a section.
+    /// A heading that starts a section.
     Section(String),
-    /// A smaller one within it.
+    /// A smaller heading within a section.
     Subsection(String),
     /// A paragraph.
     Text(String),
     /// A list.
     List(Vec<String>),
-    /// Text as it was printed, in columns.
+    /// Preformatted text, as it was printed.
     Printed(String),
-    /// A banner: how it is to be taken, a word in large letters, a sentence.
+    /// A banner: its tone, a word in large letters, a sentence.
     Verdict(Tone, String, String),
     /// Names with their values.
     Facts(Vec<(String, String)>),
@@ -44,14 +44,14 @@ pub enum Block {
     Views(Vec<(String, Scene)>),
 }
 
-/// How a verdict is to be taken.
+/// The tone of a verdict.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
-    /// As good news.
+    /// Good news.
     Good,
-    /// With care.
+    /// To be taken with care.
     Doubtful,
-    /// As bad news.
+    /// Bad news.
     Bad,
 }
 
@@ -62,18 +62,18 @@ pub struct Table {
     pub columns: Vec<String>,
     /// Cells, as many as columns.
     pub rows: Vec<Vec<Cell>>,
-    /// Whether a click on a header sorts by it.
+    /// Whether clicking a header sorts by it.
     pub sortable: bool,
 }
 
-/// What stands in a cell.
+/// A cell of a table.
 #[derive(Clone, Debug, Default)]
 pub struct Cell {
-    /// As it is shown.
+    /// The text shown.
     pub text: String,
-    /// Shown when the mouse rests on it; empty for nothing.
+    /// Shown when the mouse hovers over it; empty for nothing.
     pub hint: String,
-    /// The best of its column.
+    /// Whether it is the best of its column.
     pub best: bool,
 }
 
@@ -83,7 +83,8 @@ impl<T: Into<String>> From<T> for Cell {
     }
 }
 
-/// Text with the characters that mean something in HTML written as entities: for content and for quoted attributes.
+/// Returns text with the characters that are special in HTML written as entities: for content and for quoted
+/// attributes.
 #[must_use]
 pub fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
@@ -101,7 +102,7 @@ pub fn escaped(text: &str) -> String {
 }
 
 impl Page {
-    /// The whole file. It forbids the browser to ask for anything else.
+    /// Returns the complete file. It forbids the browser to request anything else.
     #[must_use]
     pub fn html(&self) -> String {
         let title = escaped(&self.title);

@@ -1,4 +1,4 @@
-//! A picture of two scans before and after they were aligned: one SVG file that any browser opens.
+//! A picture of two scans before and after alignment: one SVG file that any browser opens.
 
 use crate::{SOURCE, TARGET};
 use congruent_geometry::RigidTransform;
@@ -9,11 +9,11 @@ use std::fmt::Write;
 /// Side of a panel, pixels.
 const SIDE: f64 = 420.0;
 const MARGIN: f64 = 18.0;
-/// Points drawn of each scan, spread evenly.
+/// Maximum number of points drawn of each scan, spread evenly.
 const POINTS: usize = 5000;
 
-/// Draws two scans that are each in their sensor's frame: the target with the source as it came, and, where there is a pose,
-/// with the source moved by it. Points that are not finite are left out.
+/// Draws two scans that are each in their sensor's frame: the target with the source as scanned, centred on it, and, if
+/// there is a pose, with the source moved by it. Points that are not finite are left out.
 #[must_use]
 pub fn before_and_after(scans: Pair<&[[f64; 3]]>, target_from_source: Option<&RigidTransform>) -> String {
     let Pair { source, target } = scans.map(drawn);
@@ -24,7 +24,7 @@ pub fn before_and_after(scans: Pair<&[[f64; 3]]>, target_from_source: Option<&Ri
         panels * SIDE,
         SIDE + 30.0
     );
-    // Before, each scan is drawn about its own middle: their frames have nothing to do with each other.
+    // Before alignment, the source is drawn about the target's middle, since their frames are unrelated.
     panel(&mut svg, 0.0, "as scanned", &[(&target, TARGET), (&centred_on(&source, &target), SOURCE)], &view);
     if let Some(pose) = target_from_source {
         let moved: Vec<Point3<f64>> = source.iter().map(|p| pose * p).collect();
@@ -49,10 +49,10 @@ fn centred_on(points: &[Point3<f64>], other: &[Point3<f64>]) -> Vec<Point3<f64>>
     points.iter().map(|p| p + shift).collect()
 }
 
-/// Looks from where the target's sensor looked: along +z, with y down.
+/// Looks from the target's sensor: along +z, with y down.
 struct View {
     middle: Vector3<f64>,
-    /// Pixels for each data unit.
+    /// Pixels per data unit.
     scale: f64,
 }
 

@@ -1,14 +1,14 @@
 //! The text that an experiment prints, as blocks of a page: the headings, lists, tables and paragraphs of Markdown that
-//! `Tally::markdown` writes, and nothing more of it.
+//! `Tally::markdown` writes, and no other Markdown.
 
 use crate::page::{Block, Cell, Table};
 
-/// One block a heading, list, table or paragraph.
+/// Returns one block per heading, list, table or paragraph.
 pub(crate) fn blocks_of(text: &str) -> Vec<Block> {
     let mut blocks = Vec::new();
     let mut heading = String::new();
     for part in text.split("\n\n").map(str::trim).filter(|part| !part.is_empty()) {
-        // A heading may have its text right beneath.
+        // The text may follow a heading directly.
         for (kind, lines) in runs(part) {
             match kind {
                 Kind::Heading => {
@@ -57,7 +57,8 @@ fn runs(part: &str) -> Vec<(Kind, Vec<&str>)> {
     runs
 }
 
-/// The second line is the rule. Of accuracies the largest of each column is the best.
+/// Parses a table, whose second line is the rule. In tables of accuracies the largest of each column is marked as the
+/// best.
 fn table(lines: &[&str], mark_best: bool) -> Table {
     let cells = |line: &str| -> Vec<String> {
         line.trim().trim_matches('|').split('|').map(|cell| cell.trim().to_owned()).collect()
@@ -71,7 +72,7 @@ fn table(lines: &[&str], mark_best: bool) -> Table {
     Table { columns, rows, sortable: false }
 }
 
-/// Marks all that have the largest number of a column, unless all of them have it.
+/// Marks all cells that have the largest number of a column, unless all of them have it.
 fn mark_largest(rows: &mut [Vec<Cell>], column: usize) {
     let number = |row: &Vec<Cell>| row.get(column).and_then(|cell| cell.text.parse::<f64>().ok());
     let largest = rows.iter().filter_map(number).fold(f64::NEG_INFINITY, f64::max);

@@ -1,5 +1,5 @@
-//! Pages in a real browser: they draw, complain of nothing and ask for nothing. Said to be skipped where there is no
-//! Chromium.
+//! Pages in a real browser: they draw, report no problem and request nothing. The test says that it is skipped if there
+//! is no Chromium.
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "helpers of tests are tests")]
 
 use congruent_geometry::RigidTransform;
@@ -10,13 +10,13 @@ use tempfile::TempDir;
 
 const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 
-/// What the browser made of a page: the document after its scripts ran, and everything that was logged.
+/// The result of opening a page: the document after its scripts ran, and everything that was logged.
 struct Opened {
     document: String,
     log: String,
 }
 
-/// Opens a page without a network; nothing where there is no browser.
+/// Opens a page without a network; `None` if there is no browser.
 fn opened(page: &Page) -> Option<Opened> {
     let runs = |name: &&&str| {
         Command::new(name)
@@ -46,14 +46,14 @@ fn opened(page: &Page) -> Option<Opened> {
 }
 
 impl Opened {
-    /// What a view says of itself.
+    /// Returns a number that a view reports about itself.
     fn number(&self, attribute: &str) -> Option<u64> {
         let (_, rest) = self.document.split_once(&format!(" data-{attribute}=\""))?;
         rest.split('"').next()?.parse().ok()
     }
 
     fn assert_quiet(&self) {
-        // Software GL remarks on its own slowness.
+        // Software GL comments on its own slowness.
         let is_complaint =
             |line: &&str| line.contains("CONSOLE") && !line.contains("GL Driver Message (OpenGL, Performance");
         let complaints: Vec<&str> = self.log.lines().filter(is_complaint).collect();

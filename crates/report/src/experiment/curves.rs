@@ -1,25 +1,25 @@
-//! Curves in the paper's arrangement: accuracy, or the time of the metrics.
+//! Curves arranged as in the paper: accuracy, or the time of the metrics.
 
 use super::{ExperimentReport, Figure, file_name};
 use crate::figures::{Axis as Across, Curve, Curves, Measure, Sample};
 use congruent_evaluation::experiment::{Axis, Count, Nuisance, Plan};
 use congruent_evaluation::statistics::wilson;
 
-/// Curves that can be told apart in one frame.
+/// Maximum number of curves that can be distinguished in one frame.
 const MAX_CURVES: usize = 10;
 
-/// What is up, and how much of it a cell has, if any.
+/// The vertical measure, and its value for a cell, if any.
 pub(super) struct Upward {
     pub(super) measure: Measure,
     pub(super) sample: fn(f64, &Count) -> Option<Sample>,
 }
 
-/// Accuracy with Wilson's 95 % intervals.
+/// Returns accuracy with Wilson's 95 % intervals.
 pub(super) fn of_accuracy() -> Upward {
     Upward { measure: Measure::percent("accuracy, %"), sample: |x, entry| Some(accuracy(x, entry.right, entry.total)) }
 }
 
-/// Time for one pose; a decade has the same height everywhere.
+/// Returns the time for one pose; all decades have the same height.
 pub(super) fn of_time(entries: &[Count]) -> Upward {
     let times = entries.iter().filter_map(|entry| entry.microseconds);
     Upward {
@@ -28,8 +28,9 @@ pub(super) fn of_time(entries: &[Count]) -> Upward {
     }
 }
 
-/// A curve for each row of the plan over its columns, a frame for each combination of all else that varies. Rows and columns
-/// change places where there would be too many curves. Nuisances have a frame each, over their level.
+/// Returns a curve for each row of the plan over its columns, with a frame for each combination of everything else that
+/// varies. Rows and columns are swapped if there would be too many curves. Each nuisance has a frame of its own, over
+/// its level.
 pub(super) fn frames(report: &ExperimentReport<'_>, entries: &[Count], upward: &Upward) -> Vec<Figure> {
     let plan = report.plan;
     let many = distinct(entries.iter().map(|entry| entry.value(plan.rows))).len() > MAX_CURVES;
@@ -65,10 +66,10 @@ pub(super) fn frames(report: &ExperimentReport<'_>, entries: &[Count], upward: &
         .collect()
 }
 
-/// Where across an entry is.
+/// The horizontal position of an entry.
 type Placed<'a> = (f64, &'a Count);
 
-/// Places entries at the numbers of an axis, or else at the names in order.
+/// Places entries at the numbers of an axis, or otherwise at its names in order.
 fn placed<'a>(entries: &[&'a Count], axis: Axis) -> (Vec<Placed<'a>>, Across) {
     let values: Vec<String> = entries.iter().map(|entry| entry.value(axis)).collect();
     if let Some(numbers) = numbers(&values) {
@@ -80,7 +81,7 @@ fn placed<'a>(entries: &[&'a Count], axis: Axis) -> (Vec<Placed<'a>>, Across) {
     (placed, Across::Names(names))
 }
 
-/// A frame for each kind of nuisance, over its level; the unspoilt scans are where it does nothing.
+/// Returns a frame for each kind of nuisance, over its level; the unchanged scans are where the nuisance has no effect.
 fn nuisance_frames<'a>(plan: &Plan, entries: &'a [Count]) -> Vec<(String, Vec<Placed<'a>>, Across)> {
     let kinds = distinct(plan.nuisances.iter().filter_map(|n| level(n).map(|(kind, ..)| kind.to_owned())));
     let frame = |kind: String| {
@@ -97,7 +98,7 @@ fn nuisance_frames<'a>(plan: &Plan, entries: &'a [Count]) -> Vec<(String, Vec<Pl
     kinds.into_iter().map(frame).collect()
 }
 
-/// What a nuisance is, how much of it, and how much is nothing.
+/// Returns the name of a nuisance, its level, and the level at which it has no effect.
 fn level(nuisance: &Nuisance) -> Option<(&'static str, f64, f64)> {
     match *nuisance {
         Nuisance::None {} => None,
@@ -109,14 +110,14 @@ fn level(nuisance: &Nuisance) -> Option<(&'static str, f64, f64)> {
     }
 }
 
-/// A share in percent with its interval.
+/// Returns a fraction in percent with its interval.
 pub(crate) fn accuracy(x: f64, right: usize, total: usize) -> Sample {
     let (low, high) = wilson(right, total);
     let y = 100.0 * right as f64 / total.max(1) as f64;
     Sample { x, y, interval: Some((100.0 * low, 100.0 * high)) }
 }
 
-/// What tells an entry's frame from the others.
+/// Returns what distinguishes an entry's frame from the others.
 fn rest(entry: &Count, all: &[Count], rows: Axis, columns: Axis) -> String {
     let others = Axis::ALL.into_iter().filter(|axis| *axis != rows && *axis != columns);
     let varying = others.filter(|axis| all.iter().any(|other| other.value(*axis) != all[0].value(*axis)));
@@ -127,7 +128,7 @@ fn numbers<S: AsRef<str>>(values: &[S]) -> Option<Vec<f64>> {
     values.iter().map(|value| value.as_ref().parse::<f64>().ok().filter(|v| v.is_finite())).collect()
 }
 
-/// Each once, in the order of the first appearance.
+/// Returns each value once, in the order of first appearance.
 fn distinct(values: impl Iterator<Item = String>) -> Vec<String> {
     let mut seen: Vec<String> = Vec::new();
     for value in values {

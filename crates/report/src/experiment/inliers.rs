@@ -1,12 +1,12 @@
-//! Figure 5: how many pairs have which share of true matches, and how many.
+//! Figure 5: histograms over pairs of the fraction of true matches, and of their number.
 
 use super::{ExperimentReport, Figure, file_name};
 use crate::figures::{Bars, round_up};
 
-/// Bars of a histogram; those of the share are as wide as the bins of the table.
+/// Number of bars in a histogram; those of the fraction are as wide as the bins of the table.
 const BARS: usize = 20;
 
-/// Two histograms for each data set and each change to its matches.
+/// Returns two histograms for each data set and each change to its matches.
 pub(super) fn histograms(report: &ExperimentReport<'_>) -> Vec<Figure> {
     let mut figures = Vec::new();
     for (name, shares) in report.tally.shares() {

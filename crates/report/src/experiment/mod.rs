@@ -1,4 +1,4 @@
-//! The page of experiments: figures in the paper's arrangement, and the tables.
+//! The page of experiments: figures arranged as in the paper, and the tables.
 
 mod curves;
 mod inliers;
@@ -12,27 +12,27 @@ use congruent_evaluation::experiment::{Plan, Shows, Tally};
 
 /// One experiment with its results.
 pub struct ExperimentReport<'a> {
-    /// Short name, of files.
+    /// Short name, used for file names.
     pub name: &'a str,
     /// What was varied.
     pub plan: &'a Plan,
-    /// What came out.
+    /// The results.
     pub tally: &'a Tally,
-    /// As [`Tally::markdown`] writes it, with what was added to it.
+    /// The text written by [`Tally::markdown`], with what was added to it.
     pub text: &'a str,
 }
 
-/// A figure for a paper: a name that can be a file's, a caption, the SVG.
+/// A figure for a paper: a name that can be used for a file, a caption, the SVG.
 pub struct Figure {
     /// Letters, digits and hyphens.
     pub name: String,
     /// What is shown.
     pub caption: String,
-    /// The whole file.
+    /// The complete SVG file.
     pub svg: String,
 }
 
-/// The page of experiments on data sets; `more` is text that belongs to all of them.
+/// Returns the page of experiments on data sets; `more` is text that belongs to all of them.
 #[must_use]
 pub fn experiment_page(
     datasets: &str,
@@ -56,7 +56,7 @@ pub fn experiment_page(
     Page { title: format!("Experiments on {datasets}"), subtitle: String::new(), blocks }
 }
 
-/// Curves of accuracy or of time, or histograms of the true matches: whatever the plan shows.
+/// Returns curves of accuracy or of time, or histograms of the true matches, as the plan specifies.
 #[must_use]
 pub fn experiment_figures(report: &ExperimentReport<'_>) -> Vec<Figure> {
     let entries = report.tally.counts(report.plan);

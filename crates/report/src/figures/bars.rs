@@ -4,23 +4,23 @@ use super::{Area, Drawn, FAINT, INK, TEXT, colour, font, svg};
 use crate::TARGET;
 use plotters::prelude::*;
 
-/// Counts of numbers between edges.
+/// Counts of numbers in equally wide bars.
 pub(crate) struct Bars {
-    /// What is counted.
+    /// Name of what is counted.
     pub(crate) x: String,
-    /// Edge of the first bar, and width of all.
+    /// Edge of the first bar, and width of all bars.
     pub(crate) from: f64,
     pub(crate) width: f64,
     pub(crate) counts: Vec<usize>,
-    /// Whether the last bar holds everything beyond its beginning, too.
+    /// Whether the last bar also holds everything beyond its start.
     pub(crate) open: bool,
 }
 
 impl Bars {
-    /// Counts the numbers in `n` bars from zero to `to`; larger ones in one bar more, if there are any.
+    /// Counts the numbers in `n` bars from zero to `to`; larger ones in an additional bar, if there are any.
     pub(crate) fn counted(x: &str, values: &[f64], to: f64, n: usize) -> Bars {
         let width = to / n as f64;
-        // The last of the bars takes its upper edge, too.
+        // The last of the `n` bars includes its upper edge.
         let place = |v: f64| if v == to { n - 1 } else { ((v / width).max(0.0) as usize).min(n) };
         let mut counts = vec![0; n + 1];
         values.iter().for_each(|&v| counts[place(v)] += 1);

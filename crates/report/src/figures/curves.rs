@@ -1,4 +1,4 @@
-//! Curves over numbers or over names, with intervals.
+//! Curves over numbers or names, with intervals.
 
 use super::{Area, Drawn, FAINT, INK, SIZE, TEXT, colour, font, svg};
 use crate::palette::scan_colour;
@@ -7,9 +7,9 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Width of the legend, pixels.
 const LEGEND: u32 = 150;
-/// Letters of names that fit side by side under a plot.
+/// Number of letters in names that fit side by side under a plot.
 const LETTERS: usize = 56;
-/// Intervals of neighbouring curves are drawn this share of the width apart.
+/// Distance between the intervals of neighbouring curves, as a fraction of the width.
 const DODGE: f64 = 0.004;
 
 /// Several curves in one frame.
@@ -19,7 +19,7 @@ pub(crate) struct Curves {
     pub(crate) curves: Vec<Curve>,
 }
 
-/// What is up.
+/// The vertical measure.
 #[derive(Clone)]
 pub(crate) struct Measure {
     name: &'static str,
@@ -28,27 +28,27 @@ pub(crate) struct Measure {
 }
 
 impl Measure {
-    /// From nought to a hundred.
+    /// Returns a measure from 0 to 100.
     pub(crate) fn percent(name: &'static str) -> Measure {
         Measure { name, range: (0.0, 100.0), label: number }
     }
 
-    /// Whole decades around positive values; samples are decimal logarithms.
+    /// Returns a measure of whole decades around positive values; samples are decimal logarithms.
     pub(crate) fn decades(name: &'static str, values: impl Iterator<Item = f64>) -> Measure {
         let (low, high) = values
             .filter(|v| *v > 0.0 && v.is_finite())
             .map(f64::log10)
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v.floor()), high.max(v.ceil())));
         let range = if low < high { (low, high) } else { (0.0, 1.0) };
-        // Between whole decades a label would look like one of them.
+        // Between whole decades a label would look like that of a whole one.
         let label = |y: &f64| if y.fract() == 0.0 { number(&10f64.powf(*y)) } else { String::new() };
         Measure { name, range, label }
     }
 }
 
-/// What is across.
+/// The horizontal axis.
 pub(crate) enum Axis {
-    /// Numbers, with the name of what they are.
+    /// Numbers, with the name of the quantity.
     Numbers(String),
     /// Names, in order; samples are at 0, 1, …
     Names(Vec<String>),
@@ -89,7 +89,7 @@ impl Curves {
         mesh.y_label_formatter(&self.y.label).x_label_formatter(&number);
         match &self.x {
             Axis::Numbers(name) => mesh.x_labels(8).x_desc(name.as_str()),
-            // The names are written afterwards: plotters puts turned ones across the axis.
+            // The names are written afterwards: plotters puts rotated ones across the axis.
             Axis::Names(_) => mesh.x_labels(0),
         };
         mesh.draw()?;
@@ -147,7 +147,7 @@ impl Curves {
         (low - margin, high + margin)
     }
 
-    /// The longest name, where names do not fit side by side.
+    /// Returns the length of the longest name if names do not fit side by side.
     fn upright(&self) -> Option<usize> {
         let Axis::Names(names) = &self.x else { return None };
         let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
@@ -166,12 +166,12 @@ impl Curves {
     }
 }
 
-/// Without the digits that binary fractions leave.
+/// Formats a number without the digits that binary fractions leave.
 fn number(x: &f64) -> String {
     ((x * 1e6).round() / 1e6).to_string()
 }
 
-/// How the `i`-th curve is drawn.
+/// The appearance of the `i`-th curve.
 struct Look {
     colour: RGBColor,
     /// Length of a dash and of a gap, pixels.

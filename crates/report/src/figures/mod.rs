@@ -1,5 +1,5 @@
-//! Figures as SVG, drawn by `plotters`. Curves differ in dashes and markers besides colours, so that they can be told apart
-//! in grey.
+//! Figures as SVG, drawn by `plotters`. Curves differ in dashes and markers as well as colours, so that they can be
+//! distinguished in greyscale.
 
 mod bars;
 mod curves;
@@ -18,7 +18,7 @@ const INK: RGBColor = RGBColor(29, 36, 48);
 type Drawn = Result<(), Box<dyn std::error::Error>>;
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
-/// Lets `draw` fill an area; drawing into text cannot fail.
+/// Lets `draw` fill an area; drawing into a string cannot fail.
 fn svg(draw: impl FnOnce(&Area<'_>) -> Drawn) -> String {
     let mut text = String::new();
     {
@@ -29,7 +29,7 @@ fn svg(draw: impl FnOnce(&Area<'_>) -> Drawn) -> String {
             .and_then(|()| area.present().map_err(Into::into))
             .expect("a text can be drawn into");
     }
-    // The size is left to the page.
+    // The size is determined by the page.
     text.replacen(&format!("width=\"{}\" height=\"{}\" ", SIZE.0, SIZE.1), "", 1)
 }
 
@@ -42,7 +42,7 @@ fn colour(hex: &str) -> RGBColor {
     RGBColor(part(1), part(3), part(5))
 }
 
-/// The next of 1, 2, 5, 10, 20, …
+/// Returns the next of 1, 2, 5, 10, 20, …
 pub(crate) fn round_up(value: f64) -> f64 {
     let power = 10f64.powf(value.log10().floor());
     [1.0, 2.0, 5.0, 10.0].map(|d| d * power).into_iter().find(|v| *v >= value).unwrap_or(value)

@@ -1,4 +1,4 @@
-//! How far off each point of the source is.
+//! The error of each point of the source.
 
 use super::PairReport;
 use congruent_evaluation::{GroundTruth, SHARED_WITHIN_PR};
@@ -6,19 +6,20 @@ use congruent_geometry::{NeighborIndex, Point, RigidTransform, narrow, uncentred
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-/// The last colour, in `pr`: as in the paper's figure 11.
+/// Error at which the colours saturate, in `pr`: as in the paper's figure 11.
 pub(super) const SATURATION_PR: f32 = 10.0;
 
 impl PairReport<'_> {
-    /// The paper's RMSE; nothing without a truth, a pose, or shared surface.
+    /// Returns the paper's RMSE; `None` without ground truth, pose, or shared surface.
     pub(super) fn rmse_pr(&self) -> Option<f64> {
         let (pose, truth) = (self.registration.target_from_source.as_ref()?, self.truth?);
         GroundTruth::of_scans(self.scans, truth).errors(pose).map(|errors| errors.rmse_pr)
     }
 
-    /// For each point of the source scan, in `pr`, NaN for points without a partner. With a truth: the distance between where
-    /// the estimate and where the truth puts it, for points that the scans share. Without: the distance to the nearest target
-    /// point, for points that have one within the saturation. Empty without a pose.
+    /// Returns a number for each point of the source scan, in `pr`, NaN for points without a partner. With ground
+    /// truth: the distance between the positions given by the estimate and by the truth, for points that the scans
+    /// share. Without: the distance to the nearest target point, for points that have one within the saturation. Empty
+    /// without a pose.
     pub(super) fn point_errors(&self) -> Vec<f32> {
         let Some(pose) = &self.registration.target_from_source else { return Vec::new() };
         let pr = self.registration.raw_resolution;
@@ -41,7 +42,7 @@ impl PairReport<'_> {
         self.scans.source.points().par_iter().map(error).collect()
     }
 
-    /// A pose between the centred clouds.
+    /// Returns a pose between the centred clouds.
     pub(super) fn centred(&self, pose: &RigidTransform) -> RigidTransform {
         uncentred(pose, &-self.scans.source.origin(), &-self.scans.target.origin())
     }

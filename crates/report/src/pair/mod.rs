@@ -8,27 +8,27 @@ use crate::page::{Block, Page, Tone};
 use congruent_geometry::{RigidTransform, Scan, angle_between, to_rows};
 use congruent_pipeline::{Pair, PipelineConfig, Registration, Trace, Verdict, VerdictKind};
 
-/// One pair of scans with its answer.
+/// One pair of scans with its result.
 pub struct PairReport<'a> {
-    /// What the scans are called.
+    /// Names of the scans.
     pub names: Pair<&'a str>,
-    /// As they were read.
+    /// The scans as read.
     pub scans: Pair<&'a Scan>,
-    /// The answer.
+    /// The result.
     pub registration: &'a Registration,
-    /// What the stages left.
+    /// Intermediate results of the stages.
     pub trace: &'a Trace,
-    /// How the answer was found.
+    /// The configuration with which the result was found.
     pub config: &'a PipelineConfig,
-    /// The same as text, for the end of the page.
+    /// The configuration as text, for the end of the page.
     pub config_text: &'a str,
-    /// The true pose between file coordinates, where it is known.
+    /// The true pose between file coordinates, if known.
     pub truth: Option<&'a RigidTransform>,
-    /// Of the program.
+    /// Version of the program.
     pub version: &'a str,
 }
 
-/// The page of one pair: verdict, view, figures, pose, configuration.
+/// Returns the page of one pair: verdict, view, figures, pose, configuration.
 #[must_use]
 pub fn pair_page(report: &PairReport<'_>) -> Page {
     let off = report.rmse_pr();
@@ -44,8 +44,8 @@ pub fn pair_page(report: &PairReport<'_>) -> Page {
     Page { title: report.title(), subtitle: String::new(), blocks }
 }
 
-/// One pair, registered in several ways (for instance by different metrics), side by side: the paper's figure 11. Each way
-/// has a name. The page has no views for no reports.
+/// Returns a page of one pair, registered in several ways (for instance by different metrics), side by side: the
+/// paper's figure 11. Each way has a name. Without reports the page has no views.
 #[must_use]
 pub fn comparison_page(reports: &[(String, PairReport<'_>)]) -> Page {
     let off: Vec<Option<f64>> = reports.iter().map(|(_, report)| report.rmse_pr()).collect();
@@ -62,7 +62,7 @@ pub fn comparison_page(reports: &[(String, PairReport<'_>)]) -> Page {
     Page { title: first.map_or(String::new(), PairReport::title), subtitle: String::new(), blocks }
 }
 
-/// The configuration, and who made the page.
+/// Returns the configuration, and the program that made the page.
 pub(crate) fn ending(config: &str, version: &str) -> [Block; 3] {
     [
         Block::Section("Configuration".to_owned()),
@@ -91,7 +91,7 @@ impl PairReport<'_> {
         Block::Verdict(tone, kind.to_string(), format!("confidence {confidence:.3}. {}", capital(&sentence)))
     }
 
-    /// `off` is the paper's RMSE, in `pr`, where it is known.
+    /// Returns the caption; `off` is the paper's RMSE, in `pr`, if known.
     fn caption(&self, off: Option<f64>) -> String {
         let moved = match self.registration.target_from_source {
             Some(_) => "the source moved onto the target",
@@ -185,7 +185,7 @@ mod tests {
         assert_eq!(inliers.segments.len(), registration.counts.inliers);
         let names: Vec<&str> = scene.states.iter().map(|state| state.name.as_str()).collect();
         assert_eq!(names, ["as scanned", "true pose", "aligned"]);
-        // Without a truth, only points with a target point within ten resolutions have a number.
+        // Without ground truth, only points with a target point within ten resolutions have a number.
         assert!(report(None).point_errors().iter().all(|e| e.is_nan() || *e <= 10.0));
     }
 }

@@ -9,7 +9,7 @@ use congruent_geometry::{RigidTransform, Scan, Surface, wide};
 use congruent_pipeline::Pair;
 use nalgebra::{Point3, Translation3, Vector3};
 
-/// Bodies of the scene.
+/// Numbers of the bodies of the scene.
 const SOURCE_BODY: usize = 0;
 const TARGET_BODY: usize = 1;
 
@@ -46,7 +46,8 @@ impl PairReport<'_> {
         Errors { name: name.to_owned(), unit: "pr".to_owned(), saturation: SATURATION_PR, grey: grey.to_owned() }
     }
 
-    /// As scanned, where the truth and where other poses put the source, and last the answer.
+    /// Returns the scans as scanned, with the source as placed by the true pose and by other poses, and last by the
+    /// result.
     fn states(&self) -> Vec<State> {
         let state = |name: String, pose| State { name, frame_from_body: vec![pose] };
         let mut states = vec![state("as scanned".to_owned(), self.beside())];
@@ -59,8 +60,8 @@ impl PairReport<'_> {
         states
     }
 
-    /// Where the source is before: as in its file, or about the target's middle where the two frames have nothing to do with
-    /// each other.
+    /// Returns the initial pose of the source: as in its file, or about the target's middle if the two frames are
+    /// unrelated.
     fn beside(&self) -> RigidTransform {
         let Pair { source, target } = self.scans;
         let apart = target.origin() - source.origin();
@@ -69,7 +70,7 @@ impl PairReport<'_> {
         RigidTransform::from_parts(Translation3::from(shift), nalgebra::UnitQuaternion::identity())
     }
 
-    /// Those that agree with the answer, and the others; all together where there is no answer.
+    /// Returns the correspondences that agree with the result, and the others; all together if there is no result.
     fn correspondences(&self) -> Vec<Layer> {
         let Some(surfaces) = &self.trace.surfaces else { return Vec::new() };
         let threshold = self.config.verdict.inlier_threshold().resolve(self.registration.resolution);
@@ -97,7 +98,7 @@ fn point(surface: &Surface, index: u32) -> Vector3<f64> {
     wide(surface.points()[index as usize])
 }
 
-/// In the coordinates of the file.
+/// Returns the points in the coordinates of the file.
 fn file_points(scan: &Scan) -> Vec<Point3<f64>> {
     scan.points().iter().map(|p| Point3::from(wide(*p) + scan.origin())).collect()
 }

@@ -1,8 +1,8 @@
 //! A scene as the JSON that `assets/viewer.js` reads.
 //!
-//! Positions are 16-bit steps within the box of their layer: a street of 200 m is true to 3 mm, in half of the bytes that
-//! floats take. The box, the motion and the middle of the scene are multiplied here, in `f64`, so that coordinates of a map
-//! lose nothing.
+//! Positions are 16-bit steps within the bounding box of their layer: a street of 200 m is accurate to 3 mm, in half of
+//! the bytes that floats take. The box, the motion and the middle of the scene are multiplied here, in `f64`, so that
+//! map coordinates lose no precision.
 
 use super::{Layer, Lines, MAX_POINTS, MAX_SEGMENTS, Points, Scene};
 use base64::Engine as _;
@@ -10,14 +10,14 @@ use base64::engine::general_purpose::STANDARD;
 use nalgebra::{Matrix4, Point3, Vector3};
 use serde_json::{Value, json};
 
-/// Steps along each axis of a box.
+/// Number of steps along each axis of a box.
 const STEPS: f64 = 65535.0;
-/// Steps between no error and the saturation; one more means that there is no number.
+/// Number of steps between no error and the saturation; one more means that there is no number.
 const ERROR_STEPS: f32 = 254.0;
 const NO_ERROR: u8 = 255;
 
 impl Scene {
-    /// Everything that the viewer needs.
+    /// Returns everything that the viewer needs.
     pub(crate) fn json(&self) -> Value {
         let (middle, radius) = self.focus();
         let layers: Vec<Value> = self.layers.iter().map(|layer| self.layer(layer, &middle)).collect();
@@ -81,8 +81,8 @@ impl Scene {
         })
     }
 
-    /// For each state and each kind of end the matrix, column by column, from steps of the grid (0 to 1) to the frame that is
-    /// shown, with `middle` at its origin.
+    /// Returns, for each state and each kind of end, the matrix, column by column, from steps of the grid (0 to 1) to
+    /// the displayed frame, with `middle` at its origin.
     fn motions(&self, middle: &Vector3<f64>, ends: &[(usize, Grid)]) -> Vec<Vec<Vec<f64>>> {
         let one = |state: usize, (body, grid): &(usize, Grid)| {
             let matrix =
@@ -93,7 +93,7 @@ impl Scene {
     }
 }
 
-/// The box of some points.
+/// The bounding box of some points.
 #[derive(Clone, Copy)]
 struct Grid {
     low: Vector3<f64>,
@@ -122,7 +122,7 @@ impl Grid {
     }
 }
 
-/// Little-endian steps, the grids taken in turn.
+/// Returns little-endian steps, the grids taken in turn.
 fn bytes(points: &[Point3<f64>], grids: &[Grid]) -> Vec<u8> {
     let steps = points.iter().zip(grids.iter().cycle()).flat_map(|(point, grid)| grid.steps(point));
     steps.flat_map(u16::to_le_bytes).collect()
@@ -139,7 +139,7 @@ fn is_finite(point: &Point3<f64>) -> bool {
     point.iter().all(|v| v.is_finite())
 }
 
-/// At most so many, evenly from all over the list.
+/// Returns at most this many elements, spread evenly over the list.
 pub(crate) fn spread<T>(all: &[T], at_most: usize) -> impl Iterator<Item = &T> {
     let kept = all.len().min(at_most);
     (0..kept).map(move |i| &all[i * all.len() / kept])
@@ -151,7 +151,7 @@ mod tests {
     use crate::State;
     use congruent_geometry::RigidTransform;
 
-    /// Where the viewer would draw the `i`-th vertex in a state.
+    /// Returns where the viewer would draw the `i`-th vertex in a state.
     fn drawn(layer: &Value, state: usize, i: usize) -> Vector3<f64> {
         let raw = STANDARD.decode(layer["positions"].as_str().unwrap()).unwrap();
         let step =
@@ -191,7 +191,7 @@ mod tests {
         let scene = scene();
         let (json, (middle, _)) = (scene.json(), scene.focus());
         let [Layer::Points(cloud), Layer::Lines(lines)] = &scene.layers[..] else { panic!() };
-        // A box of 100 × 6 × 2, in 65 535 steps; and what is left of `f64` so far from the origin.
+        // A box of 100 × 6 × 2, in 65 535 steps, and the precision of `f64` this far from the origin.
         let tolerance = 100.0 / STEPS;
         for state in 0..2 {
             for i in 0..100 {

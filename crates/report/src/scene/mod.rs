@@ -1,42 +1,43 @@
-//! What a 3D view shows.
+//! The content of a 3D view.
 //!
-//! Points and lines belong to bodies (for instance scans). A [`State`] says where each body is: as scanned, aligned, by
-//! one metric or another. The viewer switches between states, so a scan is stored once however often it moves.
+//! Points and lines belong to bodies (for instance scans). A [`State`] gives the pose of each body: as scanned,
+//! aligned, by one metric or another. The viewer switches between states, so a scan is stored once however often it
+//! moves.
 
 mod encode;
 
 use congruent_geometry::RigidTransform;
 use nalgebra::{Point3, Vector3};
 
-/// Most points that a layer of a page has; more are thinned evenly.
+/// Maximum number of points in a layer of a page; more are thinned evenly.
 pub(crate) const MAX_POINTS: usize = 60_000;
-/// Most segments of a layer of lines.
+/// Maximum number of segments in a layer of lines.
 pub(crate) const MAX_SEGMENTS: usize = 4000;
 
-/// Layers on bodies, and where the bodies may be.
+/// Layers on bodies, and the possible poses of the bodies.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// Where the bodies are; the viewer opens with the last one. Empty means one state in which nothing is moved.
+    /// Poses of the bodies; the viewer opens with the last state. Empty means one state in which nothing is moved.
     pub states: Vec<State>,
     /// Drawn in this order, each with a switch.
     pub layers: Vec<Layer>,
-    /// What the numbers of [`Points::errors`] are; nothing where no layer has any.
+    /// The meaning of the numbers in [`Points::errors`]; `None` if no layer has any.
     pub errors: Option<Errors>,
-    /// Where to look from at first, in the frame of the states: for instance the target's scanner. From above and aside where
+    /// Initial viewpoint, in the frame of the states: for instance the target's scanner. From above and to the side if
     /// it is not known.
     pub viewpoint: Option<Point3<f64>>,
     /// Name of the length unit at the scale bar. Empty means data units.
     pub unit: String,
-    /// What is shown where a browser has no WebGL 2: SVG or HTML, put in as it is. Empty means a message alone.
+    /// Shown if a browser has no WebGL 2: SVG or HTML, inserted unchanged. Empty means only a message.
     pub fallback: String,
 }
 
-/// Where each body is.
+/// The pose of each body.
 #[derive(Clone, Debug)]
 pub struct State {
-    /// On the switch.
+    /// Label of the switch.
     pub name: String,
-    /// For each body the motion from its coordinates into the frame that is shown; bodies beyond the list rest.
+    /// For each body the motion from its coordinates into the displayed frame; bodies beyond the list stay at rest.
     pub frame_from_body: Vec<RigidTransform>,
 }
 
@@ -52,49 +53,50 @@ pub enum Layer {
 /// A cloud on a body.
 #[derive(Clone, Debug)]
 pub struct Points {
-    /// On the switch.
+    /// Label of the switch.
     pub name: String,
-    /// Index of the body that the points are fixed to.
+    /// Index of the body to which the points are fixed.
     pub body: usize,
-    /// In the body's coordinates, as large as they like (kept relative to their middle). Points that are not finite are
-    /// left out; beyond 60 000 they are thinned evenly.
+    /// In the body's coordinates, of any magnitude (they are kept relative to their middle). Points that are not finite
+    /// are left out; beyond 60 000 they are thinned evenly.
     pub points: Vec<Point3<f64>>,
     /// `#rrggbb`.
     pub colour: String,
-    /// One number a point, for the pseudo-colours; NaN is drawn grey. Empty for a layer without them.
+    /// One number per point, for the pseudo-colours; NaN is drawn grey. Empty for a layer without them.
     pub errors: Vec<f32>,
 }
 
 /// Segments between bodies.
 #[derive(Clone, Debug)]
 pub struct Lines {
-    /// On the switch.
+    /// Label of the switch.
     pub name: String,
-    /// Indices of the bodies that the first and the second ends are fixed to.
+    /// Indices of the bodies to which the first and the second ends are fixed.
     pub bodies: [usize; 2],
-    /// Each end in the coordinates of its body. Segments that are not finite are left out; beyond 4000 they are thinned evenly.
+    /// Each end in the coordinates of its body. Segments that are not finite are left out; beyond 4000 they are thinned
+    /// evenly.
     pub segments: Vec<[Point3<f64>; 2]>,
     /// `#rrggbb`.
     pub colour: String,
-    /// Whether the layer is switched on at first.
+    /// Whether the layer is initially visible.
     pub shown: bool,
 }
 
-/// What pseudo-colours mean.
+/// The meaning of pseudo-colours.
 #[derive(Clone, Debug)]
 pub struct Errors {
-    /// What is measured, for the legend.
+    /// The quantity measured, for the legend.
     pub name: String,
     /// Unit of the numbers.
     pub unit: String,
-    /// Numbers from here on have the last colour.
+    /// Number from which on the last colour is used.
     pub saturation: f32,
-    /// What grey points are.
+    /// The meaning of grey points.
     pub grey: String,
 }
 
 impl Scene {
-    /// Where a body is in a state; at rest where nothing is said.
+    /// Returns the pose of a body in a state; at rest if none is given.
     pub(crate) fn motion(&self, state: usize, body: usize) -> RigidTransform {
         let motion = self.states.get(state).and_then(|state| state.frame_from_body.get(body));
         motion.copied().unwrap_or_else(RigidTransform::identity)
@@ -104,7 +106,7 @@ impl Scene {
         self.states.len().max(1)
     }
 
-    /// The middle of what is shown at first, and the distance from it within which nearly all points are.
+    /// Returns the middle of what is shown initially, and the distance from it within which nearly all points are.
     pub(crate) fn focus(&self) -> (Vector3<f64>, f64) {
         let state = self.n_states() - 1;
         let mut shown: Vec<Vector3<f64>> = Vec::new();
@@ -122,7 +124,7 @@ impl Scene {
     }
 }
 
-/// A few stray points must not make all others small.
+/// Fraction of the points that are in focus: a few stray points must not make all others small.
 const FOCUS_SHARE: f64 = 0.98;
 
 fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
