@@ -128,6 +128,24 @@ fn another_run_is_refused_and_a_cut_one_goes_on() {
 }
 
 #[test]
+fn a_repaired_scan_has_its_pairs_done_and_the_others_stay_as_they_are() {
+    let (scans, out) = (scans(), TempDir::new().unwrap());
+    let run = |more: &[&str]| batch(scans.path(), out.path(), &[&["--sequential"], more].concat());
+    assert_eq!(run(&[]).status.code(), Some(1));
+    let before = rows(out.path());
+    std::fs::copy(scans.path().join("view9.ply"), scans.path().join("broken.ply")).unwrap();
+    let resumed = run(&["--resume"]);
+    assert_eq!(resumed.status.code(), Some(0), "{}", stderr(&resumed));
+    for (was, is) in before.iter().zip(rows(out.path())) {
+        let was_done = was["status"] == "done";
+        assert!(is["status"] == "done" && (!was_done || is == *was), "{is}");
+    }
+    let changed = std::fs::copy(scans.path().join("view8.ply"), scans.path().join("view9.ply")).unwrap();
+    let refused = run(&["--resume"]);
+    assert!(changed > 0 && refused.status.code() == Some(2) && stderr(&refused).contains("has changed"));
+}
+
+#[test]
 fn tables_name_pairs_and_the_written_table_is_one() {
     let (scans, out) = (scans(), TempDir::new().unwrap());
     let pairs = scans.path().join("pairs.jsonl");

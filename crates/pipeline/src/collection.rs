@@ -121,6 +121,17 @@ impl Collection {
         std::iter::once(self.raw_resolution).chain(self.resolutions.iter().copied()).collect()
     }
 
+    /// The same with lengths that were settled before, as [`Collection::lengths`] gives them; nothing where they are of other
+    /// settings.
+    #[must_use]
+    pub fn with_lengths(mut self, lengths: &[f64]) -> Option<Collection> {
+        let (raw_resolution, resolutions) = lengths.split_first()?;
+        let is_alike = resolutions.len() == self.resolutions.len() && lengths.iter().all(|v| *v > 0.0 && v.is_finite());
+        self.raw_resolution = *raw_resolution;
+        self.resolutions = resolutions.to_vec();
+        is_alike.then_some(self)
+    }
+
     /// What `pr` means after sampling, data units: that of the first budget.
     #[must_use]
     pub fn resolution(&self) -> f64 {

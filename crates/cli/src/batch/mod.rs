@@ -91,6 +91,11 @@ fn batch(
     // A panic is told by the row of its pair, or of its scan.
     let silence = PanicSilence::begin();
     let Some(survey) = Survey::of(input, config, &crew)? else { return Ok(stopped()) };
+    // A scan that has been repaired since would change the lengths, and with them all rows.
+    let survey = match Run::read(&args.output) {
+        Ok(before) if args.resume => survey.with_lengths(before.lengths()),
+        _ => survey,
+    };
     let neighbors = args.neighbors.unwrap_or(NEIGHBORS) as usize;
     let Some(jobs) = chosen(input, &survey, &cache, &crew, neighbors)? else { return Ok(stopped()) };
     let run = Run::new(config, input, &survey, &jobs, args.shard);

@@ -69,6 +69,10 @@ impl Run {
         serde_json::from_str(&text).with_context(|| format!("{}: is not of a batch of this version", path.display()))
     }
 
+    pub(super) fn lengths(&self) -> &[f64] {
+        &self.lengths
+    }
+
     pub(super) fn write(&self, folder: &Path) -> Result<()> {
         let text = serde_json::to_string_pretty(self).expect("numbers and strings can be written as JSON");
         Ok(write_file(&folder.join(RUN), format!("{text}\n").as_bytes())?)

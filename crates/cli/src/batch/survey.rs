@@ -43,6 +43,13 @@ impl Survey {
         }))
     }
 
+    /// With the lengths of an earlier run where they fit the settings.
+    pub(super) fn with_lengths(mut self, lengths: &[f64]) -> Survey {
+        let other = self.collection.as_ref().and_then(|collection| collection.clone().with_lengths(lengths));
+        self.collection = other.or(self.collection);
+        self
+    }
+
     /// A signature for each scan, empty where there is none; nothing where it was stopped.
     pub(super) fn signatures(&self, input: &Input, cache: &Cache, crew: &Crew<'_>) -> Result<Option<Vec<Vec<f64>>>> {
         of_each(input, crew, "described", |at| match self.described(input, cache, at, Variant::default()) {

@@ -48,6 +48,9 @@ pub fn estimate_normals(points: &[Point], index: &NeighborIndex, neighborhood: N
 /// tried.
 const GUESSED_AT: usize = 64;
 const GUESS: f64 = 1.2;
+/// Number of points in the cell of a point, on average, up to which the radius is so small that a tree finds the nearest
+/// points faster: that of another scan in another unit.
+const LONELY: f64 = 1.05;
 /// Factor by which a cell is wider than a radius, so that rounding puts nothing that is within the radius outside a
 /// block.
 const WIDER: f64 = 1.001;
@@ -90,6 +93,7 @@ impl<'a> Around<'a> {
             Neighborhood::Radius(radius) | Neighborhood::RadiusAtLeast(radius, _) => radius,
         };
         let ordered = OrderedPoints::unless_crowded(points, WIDER * radius);
+        let ordered = ordered.filter(|ordered| ordered.cells().crowding() > LONELY);
         Around { points, index, neighborhood, ordered, radius }
     }
 
