@@ -4,6 +4,7 @@
 //! neighbour index and the resolution, and is what detectors and descriptors work on.
 
 mod bounds;
+mod coarse_mesh;
 mod fit;
 pub mod lanes;
 mod length;
@@ -23,6 +24,7 @@ mod transform;
 mod view;
 mod voxel;
 
+pub use coarse_mesh::samples_of_coarse_mesh;
 pub use fit::{fit_three, fit_weighted};
 pub use length::{Length, LengthError};
 pub use neighbors::{

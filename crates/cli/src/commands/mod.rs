@@ -22,9 +22,9 @@ mod stages;
 pub(crate) use dataset::{listed_pairs, named_once};
 
 use crate::args::{Args, Command};
-use crate::{batch, calibration};
+use crate::{batch, calibration, output};
 use anyhow::{Context, Result};
-use congruent_geometry::{RawScan, Scan};
+use congruent_geometry::{RawScan, Scan, samples_of_coarse_mesh};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -69,7 +69,15 @@ pub(crate) fn load(path: &Path) -> Result<Loaded> {
 pub(crate) fn load_seen_from(path: &Path, viewpoint: Option<[f64; 3]>) -> Result<Loaded> {
     let mut raw = congruent_io::read_scan(path)?;
     raw.viewpoint = viewpoint.or(raw.viewpoint);
-    let scan = Scan::new(&raw).with_context(|| path.display().to_string())?;
+    let samples = samples_of_coarse_mesh(&raw);
+    let scan = Scan::new(samples.as_ref().unwrap_or(&raw)).with_context(|| path.display().to_string())?;
+    if samples.is_some() {
+        let (name, sampled) = (path.display(), scan.points().len());
+        output::remark(&format!(
+            "{name}: a mesh of large triangles; {sampled} points on them are used in place of its {} vertices",
+            raw.points.len()
+        ));
+    }
     Ok(Loaded { raw, scan })
 }
 
