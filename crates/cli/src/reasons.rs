@@ -53,6 +53,10 @@ impl Reasons {
         let firm = measured.stiffness >= FIRM;
         let held = if firm { "constrained in every direction" } else { "hardly constrained in one direction" };
         say(firm, format!("{held} (stiffness {:.3})", measured.stiffness));
+        if measured.are_only_planes() {
+            let flat = format!("{:.0} % of what touches faces only three directions", 100.0 * measured.flatness);
+            say(false, flat);
+        }
         if measured.chosen_from > 1 {
             say(false, format!("another pose has more overlap; this is the most credible of {}", measured.chosen_from));
         }
@@ -77,6 +81,7 @@ mod tests {
             stiffness: 0.05,
             normal_angle: 0.1,
             chosen_from: 1,
+            flatness: 0.0,
         };
         let reasons = Reasons::new(&good, 404, 820);
         assert!(reasons.against.is_empty() && reasons.pro.len() == 8, "{reasons:?}");
@@ -92,6 +97,7 @@ mod tests {
             stiffness: 0.001,
             normal_angle: 0.4,
             chosen_from: 1,
+            flatness: 0.0,
         };
         let reasons = Reasons::new(&bad, 5, 300);
         assert!(reasons.pro.is_empty() && reasons.against.len() == 8, "{reasons:?}");

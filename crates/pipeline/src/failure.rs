@@ -99,6 +99,19 @@ pub enum Failure {
         /// Correspondences that agree with the pose.
         inliers: usize,
     },
+    /// What touches are planes, which fit each other in many poses.
+    #[error(
+        "where the surfaces touch, {:.0} % of them face only three directions, as walls and boxes do, and fit in many poses; the correspondences exclude chance by {powers:.1} powers of ten, {needed} are needed; more overlap, a viewpoint or a rough pose to start from may help",
+        100.0 * .flatness
+    )]
+    OnlyPlanes {
+        /// Fraction of the touching surface that faces three directions.
+        flatness: f64,
+        /// Powers of ten by which random poses are excluded.
+        powers: f64,
+        /// From which planes are no doubt.
+        needed: f64,
+    },
     /// The pose can be changed without parting the surfaces.
     #[error(
         "the geometry leaves {n_free} of 6 directions open: the surfaces slide on each other, as planes, spheres or cylinders do (stiffness {stiffness:.4}, {needed} is needed); scans that show more of the shape are needed"

@@ -4,12 +4,17 @@ use crate::chain::{Answer, Chain, Proposals};
 use crate::memory::Search;
 use crate::prepared::PreparedPair;
 use crate::ranking::{Ranked, Ranking};
-use crate::verdict::{Evident, Judgement, Significance};
+use crate::verdict::{Evident, Judgement, POWERS_OF_PLANES, Significance};
 use crate::{Agreement, Failure, Pair, Stage, stages};
 use congruent_estimators::Hypothesis;
-use congruent_geometry::{RigidTransform, Surface};
+use congruent_geometry::{Point, RigidTransform, Surface, flatness, narrow, wide};
 use congruent_metrics::Evidence;
 use congruent_refinement::{Hold, PointToPlaneConfig, Refinement, Uncertainty};
+
+/// Points that lie no farther apart than this touch, where the flatness of what touches is measured; `pr`.
+const TOUCHING_PR: f64 = 3.0;
+/// Number of points of the source of which that is asked.
+const ASKED: usize = 1000;
 
 /// The pose that an attempt settled on.
 pub(crate) struct Chosen {
@@ -65,13 +70,17 @@ impl Chain<'_, '_> {
         pose: &RigidTransform,
         surfaces: &Pair<Surface>,
         evidence: &Evidence,
-    ) -> (Significance, Hold) {
+    ) -> (Significance, Hold, f64) {
         let threshold = self.config.verdict.inlier_threshold().resolve(self.resolution);
         let trials = self.counts.trials;
         let measure = PointToPlaneConfig::default().build(self.resolution).within(self.bounds.freedom());
         self.clock.time(Stage::Verdict, || {
             let hold = measure.measure(&surfaces.source, &surfaces.target, pose).hold;
-            (Significance::of(pose, evidence, threshold, trials), hold)
+            let significance = Significance::of(pose, evidence, threshold, trials);
+            let is_strong = -significance.log10_false_alarms >= POWERS_OF_PLANES;
+            let flatness =
+                if is_strong { 0.0 } else { touching_flatness(surfaces, pose, TOUCHING_PR * self.resolution) };
+            (significance, hold, flatness)
         })
     }
 
@@ -91,7 +100,7 @@ impl Chain<'_, '_> {
         let surfaces = &prepared.surfaces;
         let (config, resolution) = (self.config, self.resolution);
         let pose = &chosen.target_from_source;
-        let (significance, hold) = self.measured(pose, surfaces, evidence);
+        let (significance, hold, flatness) = self.measured(pose, surfaces, evidence);
         self.counts.inliers = significance.inliers;
         let second = chosen.others.first().map_or(0.0, |other| other.score.value());
         let mut judgement = config.verdict.judge(&Evident {
@@ -101,6 +110,7 @@ impl Chain<'_, '_> {
             hold,
             resolution,
             chosen_from: chosen.chosen_from,
+            flatness,
         });
         if let (Some(ranking), Some(answer)) = (ranking, &chosen.ranked) {
             let best = answer.score.value();
@@ -143,10 +153,12 @@ impl Chain<'_, '_> {
             if std::iter::once(answer).chain(&judgement.rivals).any(|known| !ranking.apart(&ranked, known)) {
                 continue;
             }
-            let (significance, hold) = self.measured(&ranked.target_from_source, &prepared.surfaces, evidence);
+            let (significance, hold, flatness) =
+                self.measured(&ranked.target_from_source, &prepared.surfaces, evidence);
             let (ranked, second) = (Some(ranked), answer.score.value());
             let known =
-                Evident { ranked, second, significance: &significance, hold, resolution, chosen_from: 1 }.predictors();
+                Evident { ranked, second, significance: &significance, hold, resolution, chosen_from: 1, flatness }
+                    .predictors();
             judgement.examined.extend(known);
             let both = known.as_ref().zip(judgement.predictors.as_ref());
             if both.is_some_and(|(known, answer)| config.verdict.is_rival(known, answer)) {
@@ -168,9 +180,10 @@ impl Chain<'_, '_> {
         answer.judgement.doubt.as_ref()?;
         let chosen_from = 1 + chosen.others.len() as u32;
         let confidence = |other: &Ranked| {
-            let (significance, hold) = self.measured(&other.target_from_source, &prepared.surfaces, evidence);
+            let (significance, hold, flatness) = self.measured(&other.target_from_source, &prepared.surfaces, evidence);
             let (ranked, resolution) = (Some(*other), self.resolution);
-            let known = Evident { ranked, second: 1.0, significance: &significance, hold, resolution, chosen_from };
+            let known =
+                Evident { ranked, second: 1.0, significance: &significance, hold, resolution, chosen_from, flatness };
             self.config.verdict.judge(&known).confidence
         };
         let confidences: Vec<f64> = chosen.others.iter().map(confidence).collect();
@@ -189,4 +202,17 @@ impl Chain<'_, '_> {
         }
         Some((other.ranked?, another))
     }
+}
+
+/// How much of what touches within `reach` (data units) faces the same three directions.
+fn touching_flatness(surfaces: &Pair<Surface>, target_from_source: &RigidTransform, reach: f64) -> f64 {
+    let Pair { source, target } = surfaces;
+    let stride = source.len().div_ceil(ASKED).max(1);
+    let touches = |at: &usize| {
+        let moved = target_from_source * nalgebra::Point3::from(wide(source.points()[*at]));
+        target.index().nearest_within(&narrow(&moved.coords), reach).is_some()
+    };
+    let normals: Vec<Point> =
+        (0..source.len()).step_by(stride).filter(touches).map(|at| source.normals()[at]).collect();
+    flatness(&normals)
 }

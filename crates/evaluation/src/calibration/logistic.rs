@@ -87,6 +87,7 @@ pub(super) mod tests {
                     stiffness: stream.between(0.005, 0.1),
                     normal_angle: stream.between(0.05, 0.4),
                     chosen_from: 1,
+                    flatness: 0.0,
                 };
                 let right = stream.unit() < truth.confidence(&known);
                 let error_pr = right.then_some(1.0);

@@ -28,7 +28,21 @@ pub struct Predictors {
     pub normal_angle: f64,
     /// Of how many poses this is the most believable one; 1 where belief had no part in the choice.
     pub chosen_from: u32,
+    /// Fraction of the touching surface that faces only three directions (see [`flatness`](congruent_geometry::flatness)); zero
+    /// where the correspondences exclude chance so far that it does not matter.
+    #[serde(default)]
+    pub flatness: f64,
 }
+
+/// Flatness from which the touching surface is hardly more than planes: between fused scans of real rooms (up to 0.71) and noisy
+/// box rooms (from 0.8).
+const MOSTLY_FLAT: f64 = 0.75;
+/// Planes fit each other in many poses, so that the surfaces say little; the correspondences have to exclude chance by so many
+/// powers of ten. Of simulated views of rooms, houses and brackets whose answer would be accepted otherwise, a third of those
+/// with fewer powers are right, and nine in ten of those with more.
+pub(crate) const POWERS_OF_PLANES: f64 = 15.0;
+/// Confidence in what only planes and chance speak for, at most.
+const FLAT_CONFIDENCE: f64 = 0.3;
 
 /// Number of terms of the model beside the intercept.
 pub const N_TERMS: usize = 7;
@@ -55,6 +69,12 @@ const POWERS_OF_ALIKE: f64 = 100.0;
 const POWERS_A_FOLD: f64 = 50.0;
 
 impl Predictors {
+    /// Whether the surfaces touch in hardly more than planes, and the correspondences do not make up for that.
+    #[must_use]
+    pub fn are_only_planes(&self) -> bool {
+        self.flatness >= MOSTLY_FLAT && -self.log10_false_alarms < POWERS_OF_PLANES
+    }
+
     /// The terms of the model, in the order of [`Calibration::weights`].
     #[must_use]
     pub fn terms(&self) -> [f64; N_TERMS] {
@@ -149,7 +169,8 @@ impl Calibration {
     /// Probability of a right answer, 0 to 1.
     #[must_use]
     pub fn confidence(&self, known: &Predictors) -> f64 {
-        1.0 / (1.0 + (-self.log_odds(known)).exp())
+        let most = if known.are_only_planes() { FLAT_CONFIDENCE } else { 1.0 };
+        (1.0 / (1.0 + (-self.log_odds(known)).exp())).min(most)
     }
 
     /// Natural logarithm of the odds of a right answer: none where more of what touches disagrees in its normals than agrees, as
@@ -186,6 +207,7 @@ mod tests {
         stiffness: 0.05,
         normal_angle: 0.1,
         chosen_from: 1,
+        flatness: 0.0,
     };
 
     #[test]

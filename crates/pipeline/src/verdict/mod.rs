@@ -7,6 +7,7 @@
 mod calibration;
 mod significance;
 
+pub(crate) use calibration::POWERS_OF_PLANES;
 pub use calibration::{Calibration, MAX_RESIDUAL_PR, N_TERMS, Predictors};
 pub(crate) use significance::Significance;
 
@@ -27,6 +28,8 @@ pub(crate) struct Evident<'a> {
     pub(crate) resolution: f64,
     /// Of how many poses it is the most believable one.
     pub(crate) chosen_from: u32,
+    /// Of the touching surface.
+    pub(crate) flatness: f64,
 }
 
 /// What is thought of an answer.
@@ -124,6 +127,7 @@ impl Evident<'_> {
             stiffness: self.hold.stiffness[0],
             normal_angle: ranked.agreement.normal_angle,
             chosen_from: self.chosen_from,
+            flatness: self.flatness,
         })
     }
 }
@@ -135,6 +139,11 @@ impl DenseVerdictConfig {
     /// Confidence, and doubt where it is too little.
     fn judge(&self, known: &Predictors, inliers: usize) -> (f64, Option<Failure>) {
         let confidence = self.calibration.confidence(known);
+        if known.are_only_planes() && confidence < self.min_confidence {
+            let powers = -known.log10_false_alarms;
+            let doubt = Failure::OnlyPlanes { flatness: known.flatness, powers, needed: POWERS_OF_PLANES };
+            return (confidence, Some(doubt));
+        }
         let doubt = (confidence < self.min_confidence).then_some(Failure::PoorFit {
             confidence,
             needed: self.min_confidence,
@@ -165,6 +174,7 @@ mod tests {
             stiffness: 0.1,
             normal_angle: 0.1,
             chosen_from: 1,
+            flatness: 0.0,
         };
         let answer = known(10.0, -40.0);
         for (score, log10_false_alarms, expected) in
