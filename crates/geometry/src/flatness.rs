@@ -7,6 +7,10 @@ use nalgebra::Vector3;
 const ALIKE: f64 = 0.984_8;
 /// Number of directions, each of which may be that of several parallel planes.
 const DIRECTIONS: usize = 3;
+/// Number of normals whose directions are tried.
+const TRIED: usize = 200;
+/// Flatness from which a surface is mostly planes: above that of figurines, and that of most fused scans of real rooms.
+pub const MOSTLY_FLAT: f64 = 0.6;
 
 /// Returns the fraction of the unit normals that lie within 10 degrees of three directions or their opposites, which are
 /// chosen one after the other to hold as many as possible; zero for no normals.
@@ -20,8 +24,9 @@ pub fn flatness(normals: &[Point]) -> f64 {
     let n_proper = left.len();
     for _ in 0..DIRECTIONS {
         let held = |direction: &Vector3<f64>| left.iter().filter(|n| n.dot(direction).abs() >= ALIKE).count();
-        // The first of equals.
-        let Some(best) = left.iter().rev().max_by_key(|direction| held(direction)).copied() else { break };
+        let tried = left.iter().step_by(left.len().div_ceil(TRIED).max(1));
+        // The last of equals.
+        let Some(best) = tried.max_by_key(|direction| held(direction)).copied() else { break };
         left.retain(|normal| normal.dot(&best).abs() < ALIKE);
     }
     (n_proper - left.len()) as f64 / normals.len().max(1) as f64

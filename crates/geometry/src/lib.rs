@@ -27,7 +27,7 @@ mod voxel;
 
 pub use coarse_mesh::samples_of_coarse_mesh;
 pub use fit::{fit_three, fit_weighted};
-pub use flatness::flatness;
+pub use flatness::{MOSTLY_FLAT, flatness};
 pub use length::{Length, LengthError};
 pub use neighbors::{
     Cells, LastSeen, NearestField, NearestTable, Neighbor, NeighborIndex, OrderedPoints, RadiusSearch,

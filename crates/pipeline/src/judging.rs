@@ -7,14 +7,14 @@ use crate::ranking::{Ranked, Ranking};
 use crate::verdict::{Evident, Judgement, POWERS_OF_PLANES, Significance};
 use crate::{Agreement, Failure, Pair, Stage, stages};
 use congruent_estimators::Hypothesis;
-use congruent_geometry::{Point, RigidTransform, Surface, flatness, narrow, wide};
+use congruent_geometry::{MOSTLY_FLAT, Point, RigidTransform, Surface, flatness, narrow, wide};
 use congruent_metrics::Evidence;
 use congruent_refinement::{Hold, PointToPlaneConfig, Refinement, Uncertainty};
 
 /// Points that lie no farther apart than this touch, where the flatness of what touches is measured; `pr`.
 const TOUCHING_PR: f64 = 3.0;
 /// Number of points of the source of which that is asked.
-const ASKED: usize = 1000;
+const ASKED: usize = 600;
 
 /// The pose that an attempt settled on.
 pub(crate) struct Chosen {
@@ -77,9 +77,11 @@ impl Chain<'_, '_> {
         self.clock.time(Stage::Verdict, || {
             let hold = measure.measure(&surfaces.source, &surfaces.target, pose).hold;
             let significance = Significance::of(pose, evidence, threshold, trials);
+            // Near a guess there are few poses in which planes could fit by chance.
             let is_strong = -significance.log10_false_alarms >= POWERS_OF_PLANES;
-            let flatness =
-                if is_strong { 0.0 } else { touching_flatness(surfaces, pose, TOUCHING_PR * self.resolution) };
+            let is_near = self.proposals == Proposals::Guessed || self.bounds.hold_to_guess();
+            let reach = TOUCHING_PR * self.resolution;
+            let flatness = if is_strong || is_near { 0.0 } else { touching_flatness(surfaces, pose, reach) };
             (significance, hold, flatness)
         })
     }
@@ -204,15 +206,20 @@ impl Chain<'_, '_> {
     }
 }
 
-/// How much of what touches within `reach` (data units) faces the same three directions.
+/// How much of the source, and of what of it touches within `reach` (data units), faces the same three directions; the lesser of
+/// the two, since a small patch of anything faces few directions.
 fn touching_flatness(surfaces: &Pair<Surface>, target_from_source: &RigidTransform, reach: f64) -> f64 {
     let Pair { source, target } = surfaces;
-    let stride = source.len().div_ceil(ASKED).max(1);
+    let asked = || (0..source.len()).step_by(source.len().div_ceil(ASKED).max(1));
+    let normals =
+        |places: &mut dyn Iterator<Item = usize>| -> Vec<Point> { places.map(|at| source.normals()[at]).collect() };
+    let whole = flatness(&normals(&mut asked()));
+    if whole < MOSTLY_FLAT {
+        return whole;
+    }
     let touches = |at: &usize| {
         let moved = target_from_source * nalgebra::Point3::from(wide(source.points()[*at]));
         target.index().nearest_within(&narrow(&moved.coords), reach).is_some()
     };
-    let normals: Vec<Point> =
-        (0..source.len()).step_by(stride).filter(touches).map(|at| source.normals()[at]).collect();
-    flatness(&normals)
+    whole.min(flatness(&normals(&mut asked().filter(touches))))
 }

@@ -61,8 +61,12 @@ pub(crate) struct Bounds {
 impl Bounds {
     /// Whether any pose will do.
     pub(crate) fn are_open(&self) -> bool {
-        let open = |guess: &Guess| guess.max_rotation.is_none() && guess.max_translation.is_none();
-        self.up.is_none() && self.guess.as_ref().is_none_or(open)
+        self.up.is_none() && !self.hold_to_guess()
+    }
+
+    /// Whether poses must be near a guess.
+    pub(crate) fn hold_to_guess(&self) -> bool {
+        self.guess.as_ref().is_some_and(|guess| guess.max_rotation.is_some() || guess.max_translation.is_some())
     }
 
     /// The guess, made level where the scans are.

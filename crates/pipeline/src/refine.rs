@@ -7,9 +7,10 @@ use crate::stage::Clock;
 use crate::{Pair, PipelineConfig, Prior, Registration, Signs, Stage, Trace};
 use congruent_geometry::Scan;
 
-/// Refines the prior's guess and says what is to be thought of it; no other pose is looked for.
+/// Refines the prior's guess and judges the result; no other pose is searched for.
 ///
-/// The guess is moved from coarse to fine, within the prior's bounds. The verdict is that of
+/// The guess is moved from coarse to fine, within the prior's bounds; with the other side of uncertain normals, too, if it is
+/// not accepted otherwise. The verdict is that of
 /// [`register`](crate::register), from the surfaces and from how many of their correspondences agree; it is never
 /// `Ambiguous`, because there is nothing to compare with.
 ///
@@ -26,9 +27,15 @@ pub fn refine(
     let origins = scans.map(|scan| *scan.origin());
     let mut clock = Clock::new(observe);
     let bounds = prior.bounds(&origins);
-    let mut only =
-        attempt(&scans, &bounds, Proposals::Guessed, config, Signs::Kept, &mut Memory::default(), &mut clock)
-            .expect("an attempt with the signs as they are is made");
-    let trace = std::mem::take(&mut only.trace);
-    (only.registration(&origins, clock), trace)
+    let mut memory = Memory::default();
+    let mut refined =
+        |signs: Signs| attempt(&scans, &bounds, Proposals::Guessed, config, signs, &mut memory, &mut clock);
+    let mut best = refined(Signs::Kept).expect("an attempt with the signs as they are is made");
+    if !best.is_believed()
+        && let Some(other) = refined(Signs::Other)
+    {
+        best = best.or(other);
+    }
+    let trace = std::mem::take(&mut best.trace);
+    (best.registration(&origins, clock), trace)
 }

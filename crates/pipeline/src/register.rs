@@ -170,7 +170,7 @@ pub(crate) fn attempt(
 }
 
 impl Attempt {
-    fn is_believed(&self) -> bool {
+    pub(crate) fn is_believed(&self) -> bool {
         self.outcome.as_ref().is_ok_and(|answer| answer.judgement.doubt.is_none())
     }
 
@@ -179,7 +179,7 @@ impl Attempt {
     }
 
     /// The more believable one; of equals the first.
-    fn or(self, other: Attempt) -> Attempt {
+    pub(crate) fn or(self, other: Attempt) -> Attempt {
         if other.confidence() > self.confidence() { other } else { self }
     }
 

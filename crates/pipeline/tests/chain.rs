@@ -364,6 +364,20 @@ fn an_unsure_side_is_heard_before_a_pose_is_believed() {
     assert!(error < 2.5, "{error}");
 }
 
+/// Three walls of one box lie on those of another, with next to no distance between them.
+#[test]
+fn corners_of_different_boxes_are_not_the_same() {
+    let corner = |size: [f64; 3], seed: u64| {
+        let cuboid = shapes::cuboid(size);
+        let scanner = VirtualScanner::orbit(&cuboid, 0.7, 0.5, 3.0, 150);
+        VirtualScanner { noise: RangeNoise::gaussian(0.005), ..scanner }.scan(&cuboid, seed).cloud()
+    };
+    for (source, target) in [([4.0, 3.0, 2.0], [5.0, 3.3, 2.6]), ([4.0, 3.0, 2.0], [3.5, 4.5, 2.5])] {
+        let found = run(&corner(source, 1), &corner(target, 2), &PipelineConfig::default());
+        assert_ne!(found.verdict, Verdict::Ok, "{source:?} {target:?}");
+    }
+}
+
 #[test]
 fn scans_too_small_to_register_fail_with_a_reason() {
     let tiny = RawScan { points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], ..RawScan::default() };

@@ -2,7 +2,7 @@
 //!
 //! A surface that was seen from one side hides nothing from there, its normals can all be turned towards it without
 //! tearing neighbours apart, and they face it on average. That settles an axis. Its sign is settled by convexity: on
-//! the whole, scanned objects bulge towards the scanner. What does not fit a far viewpoint is tried with near ones (a
+//! the whole, scanned objects bulge towards the scanner; of planes that says nothing. What does not fit a far viewpoint is tried with near ones (a
 //! room seen from within), and what fits none is taken for a closed model. So is what hides much of itself from every
 //! side, nevertheless seems to have been seen from outside, and bulges once its signs have been propagated.
 
@@ -10,6 +10,7 @@ mod cloud;
 mod dome;
 mod screen;
 
+use crate::flatness::{MOSTLY_FLAT, flatness};
 use crate::normals::propagate;
 use crate::{NeighborIndex, Point, narrow, wide};
 use cloud::Cloud;
@@ -29,6 +30,8 @@ const MUCH_HIDDEN: f64 = 0.25;
 /// Lower bound of the bulge of a closed model (see [`Cloud::bulge`]; closed models at least 0.29, a street and rooms
 /// seen from outside at most 0.15).
 const CLOSED_BULGE: f64 = 0.2;
+/// Number of points at which the flatness is measured.
+const FLATNESS_AT: usize = 600;
 /// Distance of the far viewpoint of a scan seen from one side, in radii of the cloud.
 const FAR: f64 = 30.0;
 
@@ -67,7 +70,7 @@ pub fn estimate_view(points: &[Point], normals: &[Point], index: &NeighborIndex,
     let one_side = View {
         kind: ViewKind::OneSide,
         viewpoint: cloud.middle + towards * (FAR * cloud.radius),
-        sure: convexity.abs() >= SURE_CONVEXITY,
+        sure: convexity.abs() >= SURE_CONVEXITY && !is_flat(normals),
     };
     let nearly = torn < 2.0 * ONE_SIDE_TORN && one_side.sure;
     if hidden < ONE_SIDE_HIDDEN && (torn < ONE_SIDE_TORN || nearly) {
@@ -83,6 +86,12 @@ pub fn estimate_view(points: &[Point], normals: &[Point], index: &NeighborIndex,
         _ => ViewKind::Near,
     };
     View { kind, viewpoint, sure: is_outside && kind == ViewKind::Near }
+}
+
+/// Returns whether the surface is mostly planes: a corner of a room is, turned inside out, the corner of a box.
+fn is_flat(normals: &[Point]) -> bool {
+    let some: Vec<Point> = normals.iter().step_by(normals.len().div_ceil(FLATNESS_AT).max(1)).copied().collect();
+    flatness(&some) >= MOSTLY_FLAT
 }
 
 /// Returns whether the surface bulges on the whole once its signs have been propagated from neighbour to neighbour.

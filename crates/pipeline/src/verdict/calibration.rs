@@ -3,6 +3,7 @@
 //! The coefficients are in `calibration.toml`; `congruent calibrate` makes that file from registrations whose truth is
 //! known: true pairs, pairs of different objects, pairs that hardly overlap, of several sensors.
 
+use congruent_geometry::MOSTLY_FLAT;
 use serde::{Deserialize, Serialize};
 
 /// What a right answer is recognised by.
@@ -28,15 +29,12 @@ pub struct Predictors {
     pub normal_angle: f64,
     /// Of how many poses this is the most believable one; 1 where belief had no part in the choice.
     pub chosen_from: u32,
-    /// Fraction of the touching surface that faces only three directions (see [`flatness`](congruent_geometry::flatness)); zero
-    /// where the correspondences exclude chance so far that it does not matter.
+    /// Fraction of the source, or of what of it touches if that is less, that faces only three directions (see [`flatness`](congruent_geometry::flatness)); zero
+    /// where the correspondences exclude chance so far, or a guess leaves so few poses, that it does not matter.
     #[serde(default)]
     pub flatness: f64,
 }
 
-/// Flatness from which the touching surface is hardly more than planes: between fused scans of real rooms (up to 0.71) and noisy
-/// box rooms (from 0.8).
-const MOSTLY_FLAT: f64 = 0.75;
 /// Planes fit each other in many poses, so that the surfaces say little; the correspondences have to exclude chance by so many
 /// powers of ten. Of simulated views of rooms, houses and brackets whose answer would be accepted otherwise, a third of those
 /// with fewer powers are right, and nine in ten of those with more.
@@ -209,6 +207,16 @@ mod tests {
         chosen_from: 1,
         flatness: 0.0,
     };
+
+    #[test]
+    fn planes_need_correspondences_that_exclude_chance() {
+        let calibration = Calibration::default();
+        let known = |flatness: f64, log10_false_alarms: f64| {
+            calibration.confidence(&Predictors { flatness, log10_false_alarms, ..GOOD })
+        };
+        assert!(known(0.5, -2.0) > 0.9 && known(0.9, -40.0) > 0.9);
+        assert_eq!(known(0.9, -2.0), FLAT_CONFIDENCE);
+    }
 
     #[test]
     fn confidence_is_the_logistic_function_of_the_weighted_terms() {
