@@ -1,10 +1,10 @@
 //! `congruent inspect`: what a scan file holds.
 
-use super::{Loaded, load};
+use super::{Loaded, load_vertices};
 use crate::args::InspectArgs;
 use crate::output;
 use anyhow::Result;
-use congruent_geometry::{NeighborIndex, resolution};
+use congruent_geometry::{NeighborIndex, resolution, samples_of_coarse_mesh};
 use congruent_pipeline::count_strays;
 use congruent_report::{decimals, digits};
 use serde::Serialize;
@@ -33,7 +33,12 @@ struct Inspection {
 }
 
 pub(super) fn run(args: &InspectArgs) -> Result<ExitCode> {
-    let inspection = inspect(&args.file.display().to_string(), &load(&args.file)?);
+    let loaded = load_vertices(&args.file)?;
+    let inspection = inspect(&args.file.display().to_string(), &loaded);
+    if let Some(samples) = samples_of_coarse_mesh(&loaded.raw) {
+        let n = samples.points.len();
+        output::remark(&format!("{}: a mesh of large triangles; align uses {n} points on them", args.file.display()));
+    }
     if args.json {
         output::data(&serde_json::to_string_pretty(&inspection)?)?;
     } else {

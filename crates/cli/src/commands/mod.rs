@@ -81,6 +81,13 @@ pub(crate) fn load_seen_from(path: &Path, viewpoint: Option<[f64; 3]>) -> Result
     Ok(Loaded { raw, scan })
 }
 
+/// The vertices of a mesh, however large its triangles are.
+pub(crate) fn load_vertices(path: &Path) -> Result<Loaded> {
+    let raw = congruent_io::read_scan(path)?;
+    let scan = Scan::new(&raw).with_context(|| path.display().to_string())?;
+    Ok(Loaded { raw, scan })
+}
+
 /// Runs work on so many threads, or on all processors.
 pub(crate) fn on_threads<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T> {
     let pool = rayon::ThreadPoolBuilder::new()
