@@ -85,7 +85,7 @@ impl PairReport<'_> {
         };
         let confidence = self.registration.confidence;
         let sentence = self.registration.reason().unwrap_or_else(|| {
-            "The surfaces lie on each other, nothing contradicts, and more correspondences agree than chance explains."
+            "The surfaces fit each other, little contradicts the pose, and no other pose fits nearly as well."
                 .to_owned()
         });
         Block::Verdict(tone, kind.to_string(), format!("confidence {confidence:.3}. {}", capital(&sentence)))
