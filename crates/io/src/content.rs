@@ -121,7 +121,8 @@ mod tests {
     #[test]
     fn a_failing_disk_is_told_and_not_taken_for_a_damaged_file() {
         let content = Content { bytes: Box::new(Failing(100)), length: 1000, failure: Failure::default() };
-        let message = crate::read::scan_in(Path::new("far.ply"), content).unwrap_err().to_string();
+        let message =
+            crate::read::scan_in(Path::new("far.ply"), content, crate::gathered::Keep::All).unwrap_err().to_string();
         assert_eq!(message, "far.ply: cannot be read (the cable is out); check the path and its permissions");
     }
 }

@@ -4,6 +4,7 @@
 //! without end are refused before.
 
 use crate::content::Content;
+use crate::gathered::{Gathered, Keep};
 use congruent_geometry::RawScan;
 use e57::{CartesianCoordinate, E57Reader, E57Writer, PointCloud, Record, RecordDataType, RecordValue, Transform};
 use std::io::{Cursor, Read, Seek};
@@ -15,7 +16,7 @@ pub(crate) fn is_e57(file: &[u8]) -> bool {
     file.starts_with(b"ASTM-E57")
 }
 
-pub(crate) fn read(mut file: Content) -> Result<RawScan, String> {
+pub(crate) fn read(mut file: Content, keep: Keep) -> Result<RawScan, String> {
     let mut head = Vec::new();
     file.by_ref().take(XML_LENGTH_TOLD).read_to_end(&mut head).map_err(|error| error.to_string())?;
     let xml_length = head.last_chunk().map(|bytes| u64::from_le_bytes(*bytes));
@@ -28,25 +29,26 @@ pub(crate) fn read(mut file: Content) -> Result<RawScan, String> {
     file.rewind().map_err(|error| error.to_string())?;
     let mut reader = E57Reader::new(file).map_err(|error| way_out("header", &error))?;
     let clouds = reader.pointclouds();
-    let mut scan = RawScan::default();
+    let mut scan = Gathered::new(keep);
     for (at, cloud) in (1..).zip(&clouds) {
         let place = format!("scan {at} of {}", clouds.len());
         check(cloud, &place)?;
         let points = reader.pointcloud_simple(cloud).map_err(|error| way_out(&place, &error))?;
         for point in points {
             let point = point.map_err(|error| way_out(&place, &error))?;
-            scan.points.push(match point.cartesian {
+            let point = match point.cartesian {
                 CartesianCoordinate::Valid { x, y, z } => [x, y, z],
                 // Counted with those that are not finite.
                 _ => [f64::NAN; 3],
-            });
+            };
+            scan.push(point, None);
         }
     }
-    scan.viewpoint = match clouds.as_slice() {
+    let viewpoint = match clouds.as_slice() {
         [only] => only.transform.as_ref().and_then(viewpoint),
         _ => None, // Several scans have no one place.
     };
-    Ok(scan)
+    Ok(RawScan { viewpoint, ..scan.into_scan() })
 }
 
 fn way_out(place: &str, error: &e57::Error) -> String {

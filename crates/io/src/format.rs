@@ -3,6 +3,7 @@
 //! A further format is one module with a test of the first bytes, a reader and a writer, a variant, and its row in each
 //! match.
 
+use crate::gathered::Keep;
 use crate::window::Window;
 use crate::{IoError, e57, las, obj, off, pcd, ply, stl, xyz};
 use congruent_geometry::RawScan;
@@ -94,16 +95,19 @@ impl Format {
     }
 
     /// Reads a file of this format; `path` is for messages only.
-    pub(crate) fn read(self, path: &Path, mut file: Window) -> Result<RawScan, IoError> {
+    pub(crate) fn read(self, path: &Path, mut file: Window, keep: Keep) -> Result<RawScan, IoError> {
         let scan = match self {
-            Format::Ply => return ply::read(&mut file).map_err(|fault| IoError::Ply { path: path.to_owned(), fault }),
-            Format::Xyz | Format::Csv => xyz::read(file),
-            Format::Pcd => file.rewound().and_then(pcd::read),
-            Format::Las | Format::Laz => file.rewound().and_then(las::read),
-            Format::E57 => file.rewound().and_then(e57::read),
-            Format::Off => off::read(file),
-            Format::Stl => stl::read(file),
-            Format::Obj => obj::read(file),
+            Format::Ply => {
+                return ply::read(&mut file, keep).map_err(|fault| IoError::Ply { path: path.to_owned(), fault });
+            }
+            Format::Xyz | Format::Csv => xyz::read(file, keep),
+            Format::Pcd => file.rewound().and_then(|file| pcd::read(file, keep)),
+            Format::Las | Format::Laz => file.rewound().and_then(|file| las::read(file, keep)),
+            Format::E57 => file.rewound().and_then(|file| e57::read(file, keep)),
+            // Meshes: their faces refer to all points.
+            Format::Off => off::read(file).map(|scan| keep.of(scan)),
+            Format::Stl => stl::read(file).map(|scan| keep.of(scan)),
+            Format::Obj => obj::read(file).map(|scan| keep.of(scan)),
         };
         scan.map_err(|what| IoError::Malformed { path: path.to_owned(), format: self.name(), what })
     }

@@ -7,6 +7,7 @@
 
 use crate::blanked::Blanked;
 use crate::content::Content;
+use crate::gathered::{Gathered, Keep};
 use congruent_geometry::RawScan;
 use std::io::{self, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -29,7 +30,7 @@ pub(crate) fn is_las(file: &[u8]) -> bool {
     file.starts_with(b"LASF")
 }
 
-pub(crate) fn read(file: Content) -> Result<RawScan, String> {
+pub(crate) fn read(file: Content, keep: Keep) -> Result<RawScan, String> {
     let mut file = BufReader::new(without_extended(file).map_err(|error| way_out("header", &error))?);
     check_counts(&mut file)?;
     let header = las::Header::new(rewound(&mut file)?).map_err(|error| way_out("header", &error))?;
@@ -39,16 +40,17 @@ pub(crate) fn read(file: Content) -> Result<RawScan, String> {
     let (promised, is_compressed) = (header.number_of_points(), header.point_format().is_compressed);
     rewound(&mut file)?;
     let mut reader = las::Reader::new(file).map_err(|error| way_out("header", &error))?;
-    let mut scan = RawScan::default();
+    let mut scan = Gathered::new(keep);
+    let mut held = 0;
     loop {
-        let held = scan.points.len();
         let place = || format!("points {} to {}", held + 1, (held as u64 + BLOCK).min(promised));
         let block = if is_compressed { decoded(&mut reader) } else { reader.read_points(BLOCK).map_err(text_of) };
         let block = block.map_err(|reason| way_out(&place(), &reason))?;
         if block.is_empty() {
-            return Ok(scan);
+            return Ok(scan.into_scan());
         }
-        scan.points.extend(block.x().zip(block.y()).zip(block.z()).map(|((x, y), z)| [x, y, z]));
+        held += block.len();
+        scan.extend(block.x().zip(block.y()).zip(block.z()).map(|((x, y), z)| [x, y, z]));
     }
 }
 

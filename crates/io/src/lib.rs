@@ -11,6 +11,7 @@ mod dataset;
 mod e57;
 mod error;
 mod format;
+mod gathered;
 mod las;
 mod motion;
 mod npy;
@@ -40,7 +41,7 @@ pub use motion::{Motion, MotionFault};
 pub use npy::{Matrix, NpyFault, read_npy, write_npy};
 pub use ply::{PlyFault, write_coloured_ply, write_ply};
 pub use pose::{PoseFault, read_pose, write_pose};
-pub use read::read_scan;
+pub use read::{read_scan, read_scan_thinned};
 pub use stages::{
     KeypointRow, MatchRow, Place, PoseRow, keypoints_csv, matches_csv, places_csv, poses_csv, read_matches, read_places,
 };

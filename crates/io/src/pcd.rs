@@ -4,6 +4,7 @@
 //! the file before it sees a point.
 
 use crate::content::Content;
+use crate::gathered::{Gathered, Keep};
 use congruent_geometry::RawScan;
 use pcd_rs::{DataKind, DynReader, DynRecord, DynWriter, Field, PcdMeta, ValueKind, ViewPoint, WriterInit};
 use std::io::{BufReader, Cursor, Read, Seek};
@@ -27,7 +28,7 @@ pub(crate) fn is_pcd(file: &[u8]) -> bool {
     }
 }
 
-pub(crate) fn read(file: Content) -> Result<RawScan, String> {
+pub(crate) fn read(file: Content, keep: Keep) -> Result<RawScan, String> {
     let length = file.length();
     let refused = |error: std::io::Error| error.to_string();
     let mut file = BufReader::new(file);
@@ -38,22 +39,15 @@ pub(crate) fn read(file: Content) -> Result<RawScan, String> {
     check_size(&meta, usize::try_from(length.saturating_sub(start)).unwrap_or(usize::MAX), &sizes)?;
     let columns = Columns::of(&meta)?;
 
-    let mut scan = RawScan {
-        normals: columns.normal.map(|_| Vec::new()),
-        viewpoint: viewpoint(&meta.viewpoint),
-        unread: columns.unread.clone(),
-        ..RawScan::default()
-    };
+    let mut scan = columns.normal.map_or_else(|| Gathered::new(keep), |_| Gathered::with_normals(keep));
     file.rewind().map_err(refused)?;
     let records = DynReader::from_reader(file).map_err(|error| way_out(&error))?;
     for (at, record) in (1..).zip(records) {
         let record = record.map_err(|error| format!("point {at} of {}: {}", meta.num_points, way_out(&error)))?;
-        scan.points.push(columns.point.map(|column| first(&record.0[column])));
-        if let (Some(normals), Some(normal)) = (&mut scan.normals, columns.normal) {
-            normals.push(normal.map(|column| first(&record.0[column]) as f32));
-        }
+        let number = |column: usize| first(&record.0[column]);
+        scan.push(columns.point.map(number), columns.normal.map(|columns| columns.map(|column| number(column) as f32)));
     }
-    Ok(scan)
+    Ok(RawScan { viewpoint: viewpoint(&meta.viewpoint), unread: columns.unread, ..scan.into_scan() })
 }
 
 fn way_out(error: &pcd_rs::Error) -> String {

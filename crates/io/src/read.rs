@@ -3,6 +3,7 @@
 use crate::IoError;
 use crate::content::Content;
 use crate::format::Format;
+use crate::gathered::Keep;
 use crate::window::Window;
 use congruent_geometry::RawScan;
 use std::path::Path;
@@ -49,14 +50,44 @@ use std::path::Path;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn read_scan(path: &Path) -> Result<RawScan, IoError> {
-    scan_in(path, Content::open(path)?)
+    scan_in(path, Content::open(path)?, Keep::All)
+}
+
+/// Reads a scan as [`read_scan`] does and keeps one point for each occupied cubic cell of side `leaf` (file units): the one
+/// nearest to the cell's centre, with its normal. Cells are `floor(x / leaf)` on each axis; points that are not finite are
+/// dropped.
+///
+/// A file of points is thinned while it is read, so that memory is needed for the points that are kept, some 70 bytes each,
+/// and not for the others. A mesh is read whole: the corners of its triangles become the points kept of their cells, and
+/// triangles of which two corners then coincide are dropped.
+///
+/// Which points are kept does not depend on their order in the file.
+///
+/// # Errors
+/// Those of [`read_scan`].
+///
+/// # Panics
+/// If the leaf is not a positive number.
+///
+/// # Examples
+/// ```
+/// # let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("points.xyz");
+/// std::fs::write(&path, "0.1 0.5 0.5\n0.4 0.5 0.5\n0.9 0.5 0.5\n1.2 0.5 0.5\n")?;
+/// let scan = congruent_io::read_scan_thinned(&path, 1.0)?;
+/// assert_eq!(scan.points, [[0.4, 0.5, 0.5], [1.2, 0.5, 0.5]]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn read_scan_thinned(path: &Path, leaf: f64) -> Result<RawScan, IoError> {
+    assert!(leaf > 0.0, "a cell has a side above zero, not {leaf}");
+    scan_in(path, Content::open(path)?, Keep::OnePerCell(leaf))
 }
 
 /// The scan in a file's content; `path` is for messages only.
-pub(crate) fn scan_in(path: &Path, content: Content) -> Result<RawScan, IoError> {
+pub(crate) fn scan_in(path: &Path, content: Content, keep: Keep) -> Result<RawScan, IoError> {
     let failure = content.failure();
     let window = Window::new(content);
-    let scan = Format::recognise(path, &window).and_then(|format| format.read(path, window));
+    let scan = Format::recognise(path, &window).and_then(|format| format.read(path, window, keep));
     match failure.take() {
         Some(reason) => Err(IoError::Read { path: path.to_owned(), reason }),
         None => scan,
@@ -66,7 +97,7 @@ pub(crate) fn scan_in(path: &Path, content: Content) -> Result<RawScan, IoError>
 /// The same of what is in memory.
 #[cfg(test)]
 pub(crate) fn scan_from(path: &Path, bytes: &[u8]) -> Result<RawScan, IoError> {
-    scan_in(path, Content::of(bytes.to_vec()))
+    scan_in(path, Content::of(bytes.to_vec()), Keep::All)
 }
 
 /// A file's content, at least one byte.

@@ -7,6 +7,7 @@
 //! they have length one (or zero) in every line; other columns are passed over.
 
 use crate::error::excerpt;
+use crate::gathered::{Gathered, Keep};
 use crate::text;
 use crate::window::Window;
 use congruent_geometry::RawScan;
@@ -32,20 +33,20 @@ fn is_point(line: &[u8], columns: &Columns) -> bool {
 }
 
 /// The points, and the normals if there are any.
-pub(crate) fn read(file: Window) -> Result<RawScan, String> {
+pub(crate) fn read(file: Window, keep: Keep) -> Result<RawScan, String> {
     let mut lines = text::Lines::of(file);
     let mut delimiter = None;
-    let mut scan = RawScan::default();
-    let mut normals = Some(Vec::new());
+    let mut scan = Gathered::with_normals(keep);
+    let mut is_begun = false;
     let mut header: Option<Columns> = None;
     while let Some((line, content)) = lines.next() {
         if !is_data(content) {
             continue;
         }
-        if scan.points.is_empty() && is_count(content) {
+        if !is_begun && is_count(content) {
             continue;
         }
-        if scan.points.is_empty() && header.is_none() && is_header(content) {
+        if !is_begun && header.is_none() && is_header(content) {
             header = Some(Columns::named(content).unwrap_or(Columns::IN_ORDER));
             continue;
         }
@@ -59,14 +60,12 @@ pub(crate) fn read(file: Window) -> Result<RawScan, String> {
                 words.len()
             ));
         };
-        scan.points.push(text::three(&mut point.into_iter(), line)?);
-        match (&mut normals, columns.normal(&words)) {
-            (Some(normals), Some(normal)) => normals.push(normal),
-            _ => normals = None,
-        }
+        is_begun = true;
+        scan.push(text::three(&mut point.into_iter(), line)?, columns.normal(&words));
     }
-    scan.normals = normals.filter(|normals| normals.iter().any(|n| *n != [0.0; 3]));
-    Ok(scan)
+    let scan = scan.into_scan();
+    let normals = scan.normals.filter(|normals| normals.iter().any(|n| *n != [0.0; 3]));
+    Ok(RawScan { normals, ..scan })
 }
 
 /// One line a point; every digit is kept.

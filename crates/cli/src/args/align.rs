@@ -1,6 +1,6 @@
 //! `align`, `refine` and `demo`: one pair.
 
-use super::{LevelArgs, PriorArgs, RunArgs};
+use super::{LevelArgs, PriorArgs, ReadingArgs, RunArgs};
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
 
@@ -16,6 +16,8 @@ pub(crate) struct AlignArgs {
     pub(crate) prior: PriorArgs,
     #[command(flatten)]
     pub(crate) viewpoints: ViewpointArgs,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
     #[command(flatten)]
     pub(crate) output: ResultArgs,
     /// Write what each stage left into DIR: keypoints, descriptors, matches, poses (docs/FILES.md)
@@ -39,6 +41,8 @@ pub(crate) struct RefineArgs {
     pub(crate) run: RunArgs,
     #[command(flatten)]
     pub(crate) viewpoints: ViewpointArgs,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
     #[command(flatten)]
     pub(crate) output: ResultArgs,
 }

@@ -1,6 +1,6 @@
 //! `batch` and `merge`: many pairs.
 
-use super::RunArgs;
+use super::{ReadingArgs, RunArgs};
 use crate::batch::Share;
 use clap::{Args as ClapArgs, ValueEnum};
 use std::path::PathBuf;
@@ -37,6 +37,8 @@ pub(crate) struct BatchArgs {
     /// Memory for running pairs and remembered descriptors, about; in bytes or as 500M, 4G
     #[arg(long, value_name = "SIZE", default_value = "1G", value_parser = bytes)]
     pub(crate) memory: u64,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
 }

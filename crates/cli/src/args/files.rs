@@ -1,5 +1,6 @@
 //! `inspect` and `convert`: scan files by themselves.
 
+use super::stages::data_units;
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
 
@@ -20,4 +21,14 @@ pub(crate) struct ConvertArgs {
     /// The file to be written; its extension says which format
     #[arg(value_name = "B")]
     pub(crate) to: PathBuf,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
+}
+
+/// How scan files are read.
+#[derive(Clone, Copy, Debug, Default, ClapArgs)]
+pub(crate) struct ReadingArgs {
+    /// Keep one point for each cube of this side while reading, for files larger than the memory, in data units (0.05u)
+    #[arg(long, value_name = "LENGTH", value_parser = data_units)]
+    pub(crate) thin: Option<f64>,
 }

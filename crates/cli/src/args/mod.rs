@@ -15,7 +15,7 @@ pub(crate) use batch::{BatchArgs, MergeArgs, PairChoice};
 pub(crate) use calibrate::CalibrateArgs;
 pub(crate) use config::ConfigCommand;
 pub(crate) use evaluation::{DatasetArgs, EvaluateArgs, ExperimentArgs, PageArgs, SimulateArgs, SimulatedKind};
-pub(crate) use files::{ConvertArgs, InspectArgs};
+pub(crate) use files::{ConvertArgs, InspectArgs, ReadingArgs};
 pub(crate) use prior::{LevelArgs, PriorArgs};
 pub(crate) use reconstruct::ReconstructArgs;
 pub(crate) use stages::{DescribeArgs, EstimateArgs, KeypointsArgs, MatchArgs, StageArgs};

@@ -2,7 +2,7 @@
 
 use super::batch::{bytes, duration};
 use super::stages::data_units;
-use super::{BatchArgs, PairChoice, RunArgs};
+use super::{BatchArgs, PairChoice, ReadingArgs, RunArgs};
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -36,6 +36,8 @@ pub(crate) struct ReconstructArgs {
     #[arg(long, value_name = "SIZE", default_value = "1G", value_parser = bytes)]
     memory: u64,
     #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
+    #[command(flatten)]
     pub(crate) run: RunArgs,
 }
 
@@ -53,6 +55,7 @@ impl ReconstructArgs {
             shard: "1/1".parse().expect("the whole is a share"),
             time_limit: self.time_limit,
             memory: self.memory,
+            reading: self.reading,
             run: self.run.clone(),
         }
     }

@@ -3,6 +3,7 @@
 use super::pairs::{self, Job};
 use super::table::{self, Line};
 use crate::args::PairChoice;
+use crate::commands::Reading;
 use anyhow::{Context, Result, bail};
 use congruent_io::read_dataset;
 use std::collections::HashMap;
@@ -24,6 +25,8 @@ pub(crate) struct Input {
     pub(super) folder: PathBuf,
     /// In the order of their names (a folder) or of their first use (a table).
     pub(crate) scans: Vec<ScanFile>,
+    /// How they are read.
+    pub(crate) reading: Reading,
     pub(super) wanted: Wanted,
     /// What is odd about it, for the user to read.
     pub(super) remarks: Vec<String>,
@@ -113,7 +116,7 @@ fn of_folder(folder: &Path, choice: Option<PairChoice>) -> Result<Input> {
     in_order(&mut scans);
     remarks.sort();
     let wanted = choice.map_or(Wanted::All, Wanted::from);
-    Ok(Input { folder: folder.to_owned(), scans, wanted, remarks })
+    Ok(Input { folder: folder.to_owned(), scans, reading: Reading::default(), wanted, remarks })
 }
 
 fn in_order(scans: &mut [ScanFile]) {
@@ -130,7 +133,7 @@ fn of_table(path: &Path) -> Result<Input> {
         Job { id, source, target, truth: line.truth, guess: line.guess }
     };
     let jobs = lines.into_iter().map(job).collect();
-    Ok(Input { folder, scans: scans.files, wanted: Wanted::Listed(jobs), remarks })
+    Ok(Input { folder, scans: scans.files, reading: Reading::default(), wanted: Wanted::Listed(jobs), remarks })
 }
 
 fn of_dataset(path: &Path, data: Option<&Path>, choice: Option<PairChoice>) -> Result<Input> {
@@ -151,7 +154,7 @@ fn of_dataset(path: &Path, data: Option<&Path>, choice: Option<PairChoice>) -> R
     }
     let broken = dataset.broken.iter().map(|error| format!("{error}; the pair is left out"));
     let remarks = dataset.warnings.iter().cloned().chain(broken).collect();
-    Ok(Input { folder: folder_of(path), scans, wanted, remarks })
+    Ok(Input { folder: folder_of(path), scans, reading: Reading::default(), wanted, remarks })
 }
 
 /// Each scan once.

@@ -23,6 +23,7 @@ pub(crate) use merge::merge;
 pub(crate) use work::Share;
 
 use crate::args::BatchArgs;
+use crate::commands::Reading;
 use crate::fingerprint::fnv;
 use crate::layers::{self, Sources};
 use crate::output;
@@ -67,7 +68,8 @@ pub(crate) struct Ended<'a> {
 
 /// Registers the pairs; the exit code is that of what is done with them.
 pub(crate) fn run_then(args: &BatchArgs, then: &dyn Fn(&Ended<'_>) -> Result<ExitCode>) -> Result<ExitCode> {
-    let input = Input::find(&args.input, args.wanted(), args.data.as_deref())?;
+    let found = Input::find(&args.input, args.wanted(), args.data.as_deref())?;
+    let input = Input { reading: Reading::new(args.reading), ..found };
     if args.neighbors.is_some() && !matches!(input.wanted, Wanted::Auto) {
         bail!("--neighbors is for --pairs auto; say that too, or leave it out");
     }

@@ -5,7 +5,7 @@ use super::cache::{Cache, Entry, Key};
 use super::crew::{Crew, Item};
 use super::input::{Input, ScanFile};
 use super::work::guarded;
-use crate::commands::load;
+use crate::commands::{Reading, load_as};
 use crate::fingerprint::hash;
 use anyhow::Result;
 use congruent_pipeline::{Collection, PipelineConfig, ScanSummary, Variant};
@@ -36,7 +36,7 @@ pub(crate) struct Surveyed {
 impl Survey {
     /// Nothing where it was stopped.
     pub(super) fn of(input: &Input, config: &PipelineConfig, crew: &Crew<'_>) -> Result<Option<Survey>> {
-        let looked = of_each(input, crew, "measured", |at| measured(&input.scans[at], config))?;
+        let looked = of_each(input, crew, "measured", |at| measured(&input.scans[at], input.reading, config))?;
         Ok(looked.map(|scans| {
             let good: Vec<ScanSummary> = scans.iter().flatten().map(|scan| scan.summary.clone()).collect();
             Survey { collection: Collection::new(&good, config), scans }
@@ -67,7 +67,7 @@ impl Survey {
         };
         cache.get(Key { scan: at, variant }, || {
             guarded(|| {
-                let scan = load(&input.scans[at].path).map_err(|error| format!("{error:#}"))?.scan;
+                let scan = load_as(&input.scans[at].path, input.reading).map_err(|error| format!("{error:#}"))?.scan;
                 Ok(collection.describe(&scan, variant).into())
             })
         })
@@ -79,9 +79,9 @@ impl Survey {
     }
 }
 
-fn measured(file: &ScanFile, config: &PipelineConfig) -> Result<Surveyed, String> {
+fn measured(file: &ScanFile, reading: Reading, config: &PipelineConfig) -> Result<Surveyed, String> {
     guarded(|| {
-        let scan = load(&file.path).map_err(|error| format!("{error:#}"))?.scan;
+        let scan = load_as(&file.path, reading).map_err(|error| format!("{error:#}"))?.scan;
         let summary =
             ScanSummary::new(&scan, config).map_err(|failure| format!("{}: {failure}", file.path.display()))?;
         let bits = scan.points().iter().flatten().map(|v| u64::from(v.to_bits()));

@@ -2,8 +2,8 @@
 
 use super::convert::warn_of_losses;
 use super::stages::save;
-use super::{Loaded, load_seen_from};
-use crate::args::{AlignArgs, ResultArgs, RunArgs, ViewpointArgs};
+use super::{Loaded, Reading, load_as};
+use crate::args::{AlignArgs, ReadingArgs, ResultArgs, RunArgs, ViewpointArgs};
 use crate::guess::prior;
 use crate::progress::Progress;
 use crate::result::Report;
@@ -25,8 +25,13 @@ pub(super) fn run(args: &AlignArgs) -> Result<ExitCode> {
     let files = Pair { source: args.source.as_path(), target: args.target.as_path() };
     args.output.check(files)?;
     let registering: Registering<'_> = &|scans, config, observe| register_traced(scans, &prior, config, observe);
-    let mut aligned =
-        align(files, viewpoints(&args.viewpoints), &args.run, RawSource::wanted(&args.output), registering)?;
+    let mut aligned = align(
+        files,
+        readings(&args.viewpoints, args.reading),
+        &args.run,
+        RawSource::wanted(&args.output),
+        registering,
+    )?;
     let code = aligned.put(files, &args.output)?;
     if let Some(directory) = &args.save_stages {
         let trace = std::mem::take(&mut aligned.trace);
@@ -35,9 +40,11 @@ pub(super) fn run(args: &AlignArgs) -> Result<ExitCode> {
     Ok(code)
 }
 
-/// What the user knows of where the scanners stood.
-pub(super) fn viewpoints(args: &ViewpointArgs) -> Pair<Option<[f64; 3]>> {
-    Pair { source: args.source_viewpoint.or(args.viewpoint), target: args.target_viewpoint.or(args.viewpoint) }
+/// How the two files are read.
+pub(super) fn readings(viewpoints: &ViewpointArgs, reading: ReadingArgs) -> Pair<Reading> {
+    let seen_from =
+        |place: Option<[f64; 3]>| Reading { viewpoint: place.or(viewpoints.viewpoint), ..Reading::new(reading) };
+    Pair { source: seen_from(viewpoints.source_viewpoint), target: seen_from(viewpoints.target_viewpoint) }
 }
 
 /// Two scans, registered.
@@ -138,24 +145,26 @@ pub(super) fn unbounded(scans: Pair<&Scan>, config: &PipelineConfig, observe: &d
     register_traced(scans, &Prior::default(), config, observe)
 }
 
-/// Reads and registers two files; `viewpoints` are in file coordinates and go before what the files say.
+/// Reads and registers two files.
 pub(super) fn align(
     files: Pair<&Path>,
-    viewpoints: Pair<Option<[f64; 3]>>,
+    readings: Pair<Reading>,
     run: &RunArgs,
     raw_source: RawSource,
     registering: Registering<'_>,
 ) -> Result<Aligned> {
     let config = configuration::resolve(run)?;
-    if viewpoints.source.or(viewpoints.target).is_some() && config.normals.orientation != (Orientation::Estimated {}) {
+    if readings.source.viewpoint.or(readings.target.viewpoint).is_some()
+        && config.normals.orientation != (Orientation::Estimated {})
+    {
         bail!(
             "the configured orientation of the normals takes no account of a viewpoint; add --set normals.orientation=estimated, or leave the viewpoint out"
         );
     }
     let start = Instant::now();
     let keeps = Pair { source: raw_source == RawSource::Kept, target: false };
-    let loaded = files.zip(viewpoints).zip(keeps).par_map(|((path, viewpoint), keeps)| -> Result<_> {
-        let Loaded { raw, scan } = load_seen_from(path, viewpoint)?;
+    let loaded = files.zip(readings).zip(keeps).par_map(|((path, reading), keeps)| -> Result<_> {
+        let Loaded { raw, scan } = load_as(path, reading)?;
         Ok((scan, keeps.then_some(raw)))
     });
     let (scans, raw) = loaded.both()?.unzip();

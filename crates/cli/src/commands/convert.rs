@@ -1,5 +1,6 @@
 //! `congruent convert`: the same scan in another format.
 
+use super::Reading;
 use crate::args::ConvertArgs;
 use crate::{output, outputs};
 use anyhow::Result;
@@ -10,7 +11,7 @@ use std::process::ExitCode;
 
 pub(super) fn run(args: &ConvertArgs) -> Result<ExitCode> {
     outputs::check(&[&args.from], &[&args.to])?;
-    let scan = congruent_io::read_scan(&args.from)?;
+    let scan = Reading::new(args.reading).raw(&args.from)?;
     let written = congruent_io::write_scan(&args.to, &scan)?;
     warn_of_losses(&args.to, &scan, &written);
     let to = args.to.display();

@@ -21,7 +21,7 @@ mod stages;
 
 pub(crate) use dataset::{listed_pairs, named_once};
 
-use crate::args::{Args, Command};
+use crate::args::{Args, Command, ReadingArgs};
 use crate::{batch, calibration, output};
 use anyhow::{Context, Result};
 use congruent_geometry::{RawScan, Scan, samples_of_coarse_mesh};
@@ -61,14 +61,36 @@ pub(crate) struct Loaded {
     pub(crate) scan: Scan,
 }
 
-pub(crate) fn load(path: &Path) -> Result<Loaded> {
-    load_seen_from(path, None)
+/// What a user says about a scan file.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Reading {
+    /// Where the scanner stood, file coordinates; goes before what the file says.
+    pub(crate) viewpoint: Option<[f64; 3]>,
+    /// Side of the cubes of which one point each is kept, file units.
+    pub(crate) thin: Option<f64>,
 }
 
-/// The same, with the scanner's place in file coordinates where the user knows it.
-pub(crate) fn load_seen_from(path: &Path, viewpoint: Option<[f64; 3]>) -> Result<Loaded> {
-    let mut raw = congruent_io::read_scan(path)?;
-    raw.viewpoint = viewpoint.or(raw.viewpoint);
+impl Reading {
+    pub(crate) fn new(args: ReadingArgs) -> Reading {
+        Reading { thin: args.thin, ..Reading::default() }
+    }
+
+    /// The scan as the file has it, as far as it is to be kept.
+    pub(crate) fn raw(&self, path: &Path) -> Result<RawScan> {
+        let raw = match self.thin {
+            None => congruent_io::read_scan(path)?,
+            Some(leaf) => congruent_io::read_scan_thinned(path, leaf)?,
+        };
+        Ok(RawScan { viewpoint: self.viewpoint.or(raw.viewpoint), ..raw })
+    }
+}
+
+pub(crate) fn load(path: &Path) -> Result<Loaded> {
+    load_as(path, Reading::default())
+}
+
+pub(crate) fn load_as(path: &Path, reading: Reading) -> Result<Loaded> {
+    let raw = reading.raw(path)?;
     let samples = samples_of_coarse_mesh(&raw);
     let scan = Scan::new(samples.as_ref().unwrap_or(&raw)).with_context(|| path.display().to_string())?;
     if samples.is_some() {

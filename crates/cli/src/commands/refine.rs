@@ -1,6 +1,6 @@
 //! `congruent refine`: a rough pose in, an exact one out.
 
-use super::align::{RawSource, align, viewpoints};
+use super::align::{RawSource, align, readings};
 use crate::args::RefineArgs;
 use crate::guess::{level_pose, up};
 use anyhow::Result;
@@ -13,7 +13,7 @@ pub(super) fn run(args: &RefineArgs) -> Result<ExitCode> {
     args.output.check(files)?;
     let refined = align(
         files,
-        viewpoints(&args.viewpoints),
+        readings(&args.viewpoints, args.reading),
         &args.run,
         RawSource::wanted(&args.output),
         &|scans, config, observe| refine(scans, &prior, config, observe),

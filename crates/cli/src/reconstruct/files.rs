@@ -38,7 +38,7 @@ pub(crate) fn write(args: &ReconstructArgs, ended: &Ended<'_>, outcome: &Outcome
             .filter(|(_, scan)| scan.component == Some(number))
             .filter_map(|(at, scan)| Some((at, ended.input.scans[at].path.clone(), scan.frame_from_file?)))
             .collect();
-        model::write(&folder.join(format!("model-{number}.ply")), &scans, args.voxel)?;
+        model::write(&folder.join(format!("model-{number}.ply")), &scans, ended.input.reading, args.voxel)?;
     }
     Ok(())
 }

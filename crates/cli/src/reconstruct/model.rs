@@ -1,6 +1,6 @@
 //! Scans under their poses, one cloud with a colour a scan.
 
-use crate::commands::load;
+use crate::commands::{Reading, load_as};
 use anyhow::Result;
 use congruent_geometry::{RigidTransform, voxel_centroids, wide};
 use congruent_io::write_coloured_ply;
@@ -24,17 +24,27 @@ pub(super) fn colour(i: usize) -> [u8; 3] {
 }
 
 /// Writes the scans in one frame. With `voxel` (data units) each scan is thinned to one point a cell.
-pub(super) fn write(path: &Path, scans: &[(usize, PathBuf, RigidTransform)], voxel: Option<f64>) -> Result<()> {
+pub(super) fn write(
+    path: &Path,
+    scans: &[(usize, PathBuf, RigidTransform)],
+    reading: Reading,
+    voxel: Option<f64>,
+) -> Result<()> {
     let (mut points, mut colours) = (Vec::new(), Vec::new());
     for (at, file, frame_from_scan) in scans {
-        points.extend(placed(file, frame_from_scan, voxel)?);
+        points.extend(placed(file, reading, frame_from_scan, voxel)?);
         colours.resize(points.len(), colour(*at));
     }
     Ok(write_coloured_ply(path, &points, &colours)?)
 }
 
-fn placed(file: &Path, frame_from_scan: &RigidTransform, voxel: Option<f64>) -> Result<Vec<[f64; 3]>> {
-    let scan = load(file)?.scan;
+fn placed(
+    file: &Path,
+    reading: Reading,
+    frame_from_scan: &RigidTransform,
+    voxel: Option<f64>,
+) -> Result<Vec<[f64; 3]>> {
+    let scan = load_as(file, reading)?.scan;
     let origin = *scan.origin();
     let thinned = voxel.map(|leaf| voxel_centroids(scan.points(), None, leaf).points);
     let points = thinned.as_deref().unwrap_or(scan.points()).iter();

@@ -2,6 +2,7 @@
 
 use super::body::{Numbers, Row, Stop};
 use super::header::Property;
+use crate::gathered::Gathered;
 use crate::window::Window;
 use ply_rs::ply::{PropertyType, ScalarType};
 
@@ -77,13 +78,7 @@ impl<const BIG_ENDIAN: bool> Numbers for Binary<'_, BIG_ENDIAN> {
         Ok(())
     }
 
-    fn points(
-        &mut self,
-        properties: &[Property],
-        columns: &[Option<usize>],
-        n: usize,
-        points: &mut Vec<[f64; 3]>,
-    ) -> usize {
+    fn points(&mut self, properties: &[Property], columns: &[Option<usize>], n: usize, points: &mut Gathered) -> usize {
         let Some(layout) = Layout::of(properties, columns) else { return 0 };
         match layout.in_a_row() {
             Some((at, ScalarType::Float)) => self.blocks(layout.stride, n, |records| {

@@ -4,6 +4,7 @@
 
 use super::PlyFault;
 use super::header::{Element, Header, Property};
+use crate::gathered::{Gathered, Keep};
 use crate::text::fan;
 use congruent_geometry::RawScan;
 use ply_rs::ply::{PropertyType, ScalarType};
@@ -18,7 +19,7 @@ pub(super) trait Numbers {
 
     /// Reads whole records of which only the coordinates are wanted, at most `n`, and says how many; none where they do not lie
     /// next to each other in every record.
-    fn points(&mut self, _: &[Property], _: &[Option<usize>], _n: usize, _points: &mut Vec<[f64; 3]>) -> usize {
+    fn points(&mut self, _: &[Property], _: &[Option<usize>], _n: usize, _points: &mut Gathered) -> usize {
         0
     }
 
@@ -53,16 +54,18 @@ impl From<PlyFault> for Stop {
 }
 
 /// Reads all elements; those that are neither vertices, faces nor cameras are passed over.
-pub(super) fn read(header: &Header, numbers: &mut impl Numbers) -> Result<RawScan, PlyFault> {
+pub(super) fn read(header: &Header, numbers: &mut impl Numbers, keep: Keep) -> Result<RawScan, PlyFault> {
     let vertices = header.elements.iter().find(|e| e.name == "vertex");
     let vertices =
         vertices.ok_or_else(|| PlyFault::NoVertices { found: list(header.elements.iter().map(|e| &e.name)) })?;
     let unread = vertices.properties.iter().map(|property| &property.name);
     let unread = unread.filter(|name| !KEPT.contains(&name.as_str())).cloned().collect();
     let mut scan = RawScan { viewpoint: header.viewpoint, unread, ..RawScan::default() };
+    // The faces of a mesh refer to all of its vertices.
+    let is_mesh = header.elements.iter().any(|element| element.name == "face" && element.count > 0);
     for element in &header.elements {
         match element.name.as_str() {
-            "vertex" => read_vertices(element, numbers, &mut scan)?,
+            "vertex" => read_vertices(element, numbers, if is_mesh { Keep::All } else { keep }, &mut scan)?,
             "face" => read_faces(element, vertices.count, numbers, &mut scan)?,
             "camera" => read_camera(element, numbers, &mut scan)?,
             _ => each_record(element, numbers, |numbers, record| {
@@ -70,7 +73,7 @@ pub(super) fn read(header: &Header, numbers: &mut impl Numbers) -> Result<RawSca
             })?,
         }
     }
-    Ok(scan)
+    Ok(if is_mesh { keep.of(scan) } else { scan })
 }
 
 /// Runs `read` for every record, counted from one, and says which one was cut short.
@@ -101,17 +104,18 @@ fn each_record_from<N: Numbers>(
     Ok(())
 }
 
-fn read_vertices<N: Numbers>(element: &Element, numbers: &mut N, scan: &mut RawScan) -> Result<(), PlyFault> {
+fn read_vertices<N: Numbers>(
+    element: &Element,
+    numbers: &mut N,
+    keep: Keep,
+    scan: &mut RawScan,
+) -> Result<(), PlyFault> {
     let columns = Columns::of(element)?;
-    let n_reserved = element.count.min(numbers.room(&element.properties));
-    let mut points = Vec::with_capacity(n_reserved);
-    let mut normals = columns.normals.then(|| Vec::with_capacity(n_reserved));
+    let mut points = if columns.normals { Gathered::with_normals(keep) } else { Gathered::new(keep) };
+    points.reserve(element.count.min(numbers.room(&element.properties)));
     let read = numbers.points(&element.properties, &columns.of_property, element.count, &mut points);
     let mut keep = |[x, y, z, nx, ny, nz]: Row| {
-        points.push([x, y, z]);
-        if let Some(normals) = &mut normals {
-            normals.push([nx as f32, ny as f32, nz as f32]);
-        }
+        points.push([x, y, z], columns.normals.then_some([nx as f32, ny as f32, nz as f32]));
     };
     let read = read + numbers.records(&element.properties, &columns.of_property, element.count - read, &mut keep);
     each_record_from(read, element, numbers, |numbers, record| {
@@ -125,7 +129,8 @@ fn read_vertices<N: Numbers>(element: &Element, numbers: &mut N, scan: &mut RawS
         keep(row);
         Ok(())
     })?;
-    (scan.points, scan.normals) = (points, normals);
+    let read = points.into_scan();
+    (scan.points, scan.normals) = (read.points, read.normals);
     Ok(())
 }
 

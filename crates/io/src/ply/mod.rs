@@ -16,6 +16,7 @@ pub use fault::PlyFault;
 pub(crate) use write::encode;
 pub use write::{write_coloured_ply, write_ply};
 
+use crate::gathered::Keep;
 use crate::window::Window;
 use ascii::Ascii;
 use binary::Binary;
@@ -29,11 +30,11 @@ pub(crate) fn is_ply(bytes: &[u8]) -> bool {
 }
 
 /// The scan in a PLY file.
-pub(crate) fn read(file: &mut Window) -> Result<RawScan, PlyFault> {
+pub(crate) fn read(file: &mut Window, keep: Keep) -> Result<RawScan, PlyFault> {
     let header = Header::parse(file)?;
     match header.encoding {
-        Encoding::Ascii => body::read(&header, &mut Ascii::new(file, header.n_lines)),
-        Encoding::BinaryLittleEndian => body::read(&header, &mut Binary::<false>::new(file)),
-        Encoding::BinaryBigEndian => body::read(&header, &mut Binary::<true>::new(file)),
+        Encoding::Ascii => body::read(&header, &mut Ascii::new(file, header.n_lines), keep),
+        Encoding::BinaryLittleEndian => body::read(&header, &mut Binary::<false>::new(file), keep),
+        Encoding::BinaryBigEndian => body::read(&header, &mut Binary::<true>::new(file), keep),
     }
 }

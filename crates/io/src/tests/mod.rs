@@ -6,6 +6,7 @@ mod texts;
 
 use crate::content::Content;
 use crate::format::Format;
+use crate::gathered::Keep;
 use crate::read::scan_from;
 use crate::window::Window;
 use congruent_geometry::RawScan;
@@ -47,7 +48,7 @@ fn scan(file: &[u8]) -> Result<RawScan, String> {
     if let Ok(format) = Format::recognise(path, &Window::new(content())) {
         let mut window = Window::of_blocks(content(), BLOCK);
         window.reach(BLOCK);
-        let in_parts = format.read(path, window).map_err(|error| error.to_string());
+        let in_parts = format.read(path, window, Keep::All).map_err(|error| error.to_string());
         // Written out, a NaN is like another.
         assert_eq!(format!("{in_parts:?}"), format!("{scan:?}"));
     }

@@ -1,7 +1,8 @@
 //! What is written is read back, as far as the format can hold it.
 
 use super::*;
-use crate::{Loss, read_scan, write_scan};
+use crate::gathered::Keep;
+use crate::{Loss, read_scan, read_scan_thinned, write_scan};
 use pcd_rs::DataKind;
 
 fn there_and_back(name: &str, scan: &RawScan) -> (crate::Written, RawScan) {
@@ -144,6 +145,25 @@ fn the_content_decides_whatever_the_name() {
         let expected = scan(&file_of(extension)).unwrap();
         for name in ["scan.ply", "scan.stl", "scan.obj", "scan.txt", "scan.las", "scan"] {
             assert_eq!(scan_from(Path::new(name), &file_of(extension)).unwrap(), expected, "{extension} as {name}");
+        }
+    }
+}
+
+#[test]
+fn thinned_while_it_is_read_is_thinned_afterwards() {
+    let folder = tempfile::tempdir().unwrap();
+    let cloud = RawScan { triangles: Vec::new(), ..sheet() };
+    let bare = RawScan { normals: None, ..cloud.clone() };
+    for extension in EXTENSIONS {
+        for scan in [sheet(), cloud.clone(), bare.clone()] {
+            let path = folder.path().join("scan").with_extension(extension);
+            if write_scan(&path, &scan).is_err() {
+                continue; // An STL file is nothing but faces.
+            }
+            let whole = read_scan(&path).unwrap();
+            let thinned = read_scan_thinned(&path, 0.9).unwrap();
+            assert!((4..whole.points.len() / 2).contains(&thinned.points.len()), "{extension}: {thinned:?}");
+            assert_eq!(thinned, Keep::OnePerCell(0.9).of(whole), "{extension}");
         }
     }
 }

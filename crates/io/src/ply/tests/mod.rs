@@ -6,6 +6,7 @@ mod headers;
 
 use crate::IoError;
 use crate::content::Content;
+use crate::gathered::Keep;
 use crate::read::scan_from;
 use crate::window::Window;
 use congruent_geometry::RawScan;
@@ -94,7 +95,7 @@ fn scan(file: &[u8]) -> Result<RawScan, IoError> {
         Err(_) => return scan, // No PLY file at all.
     };
     for block in [1, 7, 100] {
-        let in_parts = crate::ply::read(&mut Window::of_blocks(Content::of(file.to_vec()), block));
+        let in_parts = crate::ply::read(&mut Window::of_blocks(Content::of(file.to_vec()), block), Keep::All);
         let in_parts = in_parts.map_or_else(|fault| format!("{fault:?}"), |scan| format!("{scan:?}"));
         assert_eq!(in_parts, expected, "{block} bytes at a time");
     }
