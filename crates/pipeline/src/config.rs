@@ -1,4 +1,4 @@
-//! Everything a user may say about the chain. The defaults live here, and in the families' own configs.
+//! All user settings of the chain. The defaults are defined here and in the configurations of the stages.
 
 mod choice;
 mod preparation;
@@ -19,47 +19,47 @@ use congruent_metrics::MetricConfig;
 use congruent_refinement::RefinementConfig;
 use serde::{Deserialize, Serialize};
 
-/// The whole chain. What `pr` means is settled by `sampling`: see [`SamplingConfig`].
+/// Settings of the whole chain. The meaning of `pr` is determined by `sampling`: see [`SamplingConfig`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct PipelineConfig {
-    /// Of all random draws.
+    /// Seed of all random draws.
     pub seed: u64,
     /// Thinning of the scans before anything else.
     pub sampling: SamplingConfig,
     /// Surface normals for descriptors.
     pub normals: NormalsConfig,
-    /// Where to describe.
+    /// The keypoint detector.
     pub detector: DetectorConfig,
-    /// Which keypoints have surroundings worth describing.
+    /// How much surface a keypoint needs around it.
     pub support: SupportFilter,
-    /// How to describe.
+    /// The descriptor.
     pub descriptor: DescriptorConfig,
     /// Local reference frames, for the estimators that need them.
     pub frame: FrameConfig,
-    /// How to match.
+    /// The matcher.
     pub matcher: MatcherConfig,
-    /// How to propose poses.
+    /// The estimator, which proposes poses.
     pub estimator: EstimatorConfig,
-    /// How to score them by the correspondences.
+    /// The metric that scores them by the correspondences.
     pub metric: MetricConfig,
-    /// Which of the best are kept.
+    /// Which of the best poses are kept.
     pub pool: PoolConfig,
-    /// How to choose among those that are kept.
+    /// How the answer is chosen among the poses kept.
     pub ranking: RankingConfig,
-    /// What is done to the chosen pose.
+    /// Refinement of the chosen pose.
     pub refinement: RefinementConfig,
-    /// When to believe it.
+    /// When the answer is accepted.
     pub verdict: VerdictConfig,
-    /// What to try before, with less effort: most pairs need no more.
+    /// Attempts to make first, with less effort; most pairs need no more.
     pub quick: Vec<EscalationStep>,
-    /// What to try, one after the other, as long as no pose is believed.
+    /// Further attempts, one after the other until a pose is accepted or ambiguous.
     pub escalation: Vec<EscalationStep>,
 }
 
 impl Default for PipelineConfig {
     /// The robust chain: dense keypoints, mutual matches, a compatibility graph, many poses, and a choice by how well
-    /// the surfaces lie on each other.
+    /// the surfaces fit each other.
     fn default() -> Self {
         PipelineConfig {
             seed: 0,
@@ -86,7 +86,8 @@ impl Default for PipelineConfig {
 }
 
 impl PipelineConfig {
-    /// What is wrong with the parts together though each of them is fine by itself, and the way out.
+    /// Returns what is wrong with the combination of settings that are valid individually, and how to fix it; `None` if
+    /// they are consistent.
     #[must_use]
     pub fn contradiction(&self) -> Option<&'static str> {
         match (&self.verdict, &self.ranking) {
@@ -98,14 +99,14 @@ impl PipelineConfig {
     }
 }
 
-/// Few poses are refined: where the scans share much, the right one is among the first. As many as ever are looked at, so that
-/// equally good ones are not overlooked.
+/// Few poses are refined: if the scans overlap well, the right one is among the first. As many poses as usual are
+/// examined before refinement, so that equally good ones are not overlooked.
 fn quick() -> EscalationStep {
     EscalationStep { refined: Some(10), ..EscalationStep::default() }
 }
 
-/// Few points, which noise is averaged out of; other radii; more points and poses; another descriptor; and at last the other
-/// side of unsure normals.
+/// Few points, which average out noise; a larger radius; more points and poses; a smaller radius; another descriptor;
+/// and finally the other side of uncertain normals.
 fn escalation() -> Vec<EscalationStep> {
     let fpfh = |radius: f64| {
         DescriptorConfig::Fpfh(FpfhConfig { radius: Length::Resolutions(radius), variant: FpfhVariant::Open3d })

@@ -1,8 +1,8 @@
 //! From two scans to one pose with a verdict: the chain of all stages.
 //!
-//! [`register`] makes attempts of rising effort until one is believed; the module `chain` is one attempt and reads like the
-//! method section of the paper. [`stages`] has each of its stages by itself, and [`PipelineConfig`] is everything a user may
-//! say about them. Nothing here opens a file or prints.
+//! [`register`] makes attempts of increasing effort until one is accepted; the module `chain` is one attempt and reads
+//! like the method section of the paper. [`stages`] offers each stage of an attempt separately, and [`PipelineConfig`]
+//! holds all user settings for them. Nothing here opens a file or prints.
 
 mod chain;
 mod collection;

@@ -1,4 +1,4 @@
-//! What a user may say about choosing among poses, and believing the chosen one.
+//! User settings for the choice among poses and for the verdict on the chosen one.
 
 use super::preparation::most_points_or_none;
 use crate::{Calibration, Predictors};
@@ -9,26 +9,26 @@ use congruent_metrics::DenseRule;
 use congruent_refinement::MIN_STIFFNESS;
 use serde::{Deserialize, Serialize};
 
-/// The poses that outlive the correspondences.
+/// Settings of the pool of poses that are kept after estimation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct PoolConfig {
-    /// At most so many are kept. One keeps the best by the metric: the paper's rule.
+    /// Maximum number of poses. One keeps only the best by the metric, which is the paper's rule.
     #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub poses: usize,
-    /// Poses that put the source's points closer together than this, on the mean, are the same.
+    /// Poses that put the source's points closer together than this on average are regarded as the same.
     pub distinct: Length,
-    /// Rounds of local optimisation by the metric's own weights; zero for none.
+    /// Maximum number of rounds of local optimisation with the weights of the metric; zero for none.
     pub optimisation_rounds: usize,
 }
 
-/// How the answer is chosen among the pool.
+/// How the answer is chosen from the pool.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RankingConfig {
-    /// By the metric: the first of the pool.
+    /// By the metric: the best of the pool.
     None {},
-    /// By how well the two surfaces lie on each other, before and after a short refinement.
+    /// By how well the two surfaces fit each other, before and after a short refinement.
     Dense(DenseConfig),
 }
 
@@ -36,40 +36,40 @@ pub enum RankingConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct DenseConfig {
-    /// Points closer than this overlap, before refinement.
+    /// Points closer than this overlap, before refinement …
     pub rough_distance: Length,
-    /// And after it.
+    /// … and after it.
     pub overlap_distance: Length,
-    /// If their normals agree at least so well (cosine).
+    /// Minimum agreement of the normals of overlapping points (cosine).
     #[serde(deserialize_with = "congruent_geometry::numbers::cosine")]
     pub min_normal_cosine: f64,
-    /// A point hovers before a surface from this distance …
+    /// Minimum distance of hovering points from the surface behind them …
     pub hover_from: Length,
-    /// … to this.
+    /// … and their maximum distance.
     pub hover_to: Length,
-    /// A point this far before what the other scanner saw would have hidden it.
+    /// Points this far in front of what the other scanner saw would have hidden it.
     pub occlusion_depth: Length,
-    /// Decline of the score with the share of hovering points.
+    /// Rate at which the score declines with the fraction of hovering points.
     #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub hover_weight: f64,
-    /// Decline of the score with the share of hiding points.
+    /// Rate at which the score declines with the fraction of occluding points.
     #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub occlusion_weight: f64,
-    /// Points of each scan that are looked at.
+    /// Maximum number of points of each scan that are examined; two thirds of it before refinement.
     pub points: usize,
-    /// Poses that are refined and looked at again.
+    /// Number of poses that are refined and examined again; at least one is.
     pub refined: usize,
-    /// Rounds of that refinement.
+    /// Maximum number of rounds of that refinement.
     pub rounds: usize,
 }
 
-/// When a pose is believed.
+/// When a pose is accepted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum VerdictConfig {
-    /// When it has more inliers than chance explains.
+    /// If it has more inliers than chance explains.
     AContrario(AContrarioConfig),
-    /// When the surfaces lie on each other well enough. Needs `[ranking.dense]`.
+    /// If the surfaces fit each other well enough. Needs `[ranking.dense]`.
     Dense(DenseVerdictConfig),
 }
 
@@ -77,12 +77,13 @@ pub enum VerdictConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct AContrarioConfig {
-    /// Residuals below it are inliers.
+    /// Residuals below this are inliers.
     pub inlier_threshold: Length,
-    /// Random poses as good as this one that may be expected among all trials.
+    /// Expected number of random poses this good among all trials below which the pose is accepted.
     #[serde(deserialize_with = "congruent_geometry::numbers::positive")]
     pub max_false_alarms: f64,
-    /// Stiffness that every direction must have; in a looser one the surfaces slide on each other.
+    /// Stiffness from which a direction counts as held even if the normals are noisy; in a looser one the surfaces may
+    /// slide along each other (see [`Hold::n_free`](congruent_refinement::Hold::n_free)).
     #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub min_stiffness: f64,
 }
@@ -91,43 +92,44 @@ pub struct AContrarioConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct DenseVerdictConfig {
-    /// Confidence from which a pose is believed, 0 to 1.
+    /// Minimum confidence of an accepted pose, 0 to 1.
     #[serde(deserialize_with = "congruent_geometry::numbers::probability")]
     pub min_confidence: f64,
-    /// Stiffness that every direction must have; in a looser one the surfaces slide on each other.
+    /// Stiffness from which a direction counts as held even if the normals are noisy; in a looser one the surfaces may
+    /// slide along each other (see [`Hold::n_free`](congruent_refinement::Hold::n_free)).
     #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub min_stiffness: f64,
-    /// A really different pose with more than this share of the best score may make the answer ambiguous.
+    /// A substantially different pose with more than this fraction of the answer's score may make the answer ambiguous.
     #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub rival_score: f64,
-    /// So may one with more than this score, however good the best is: parts of a facade that lie on other parts.
+    /// So may one with a score above this, however good the answer is: parts of a facade may fit other parts.
     #[serde(deserialize_with = "congruent_geometry::numbers::not_negative")]
     pub rival_alone: f64,
-    /// It does, unless its odds by the surfaces alone, once it is refined like the answer, are less than the answer's by this
-    /// factor.
+    /// Such a pose makes the answer ambiguous unless its odds, after refinement and judged only by the surfaces, are
+    /// lower than the answer's by more than this factor.
     #[serde(deserialize_with = "congruent_geometry::numbers::positive")]
     pub rival_odds: f64,
-    /// Coefficients of the confidence, as `congruent calibrate` writes them; those that come with the program if not given.
+    /// Coefficients of the confidence, as `congruent calibrate` writes them; the built-in ones if not given.
     #[serde(skip_serializing_if = "Calibration::is_default")]
     pub calibration: Calibration,
 }
 
-/// One more attempt, with other effort or other assumptions. What is left out stays as in the first attempt.
+/// One further attempt, with other effort or other assumptions. What is not given stays as in the plain configuration.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct EscalationStep {
-    /// For `sampling.budget.max-points`.
+    /// Replaces `sampling.budget.max-points`; no effect on other samplings.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "most_points_or_none")]
     pub max_points: Option<usize>,
-    /// For `pool.poses`.
+    /// Replaces `pool.poses`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub poses: Option<usize>,
-    /// For `ranking.dense.refined`.
+    /// Replaces `ranking.dense.refined`; no effect without a dense ranking.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refined: Option<usize>,
-    /// Of the normals.
+    /// Which side the normals point to.
     pub signs: Signs,
-    /// Another descriptor: its poses compete with those of the first, its matches are never mixed with them.
+    /// Another descriptor. Its poses compete with those of the other attempts; its matches are never mixed with theirs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub descriptor: Option<DescriptorConfig>,
     /// Another estimator, or the same with other settings.
@@ -139,10 +141,10 @@ pub struct EscalationStep {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Signs {
-    /// As they were settled.
+    /// As determined from both scans.
     #[default]
     Kept,
-    /// Turned round on a scan whose signs are unsure; no attempt where both are sure.
+    /// Turned on one scan whose signs are uncertain; the attempt is skipped if both are reliable.
     Other,
 }
 
@@ -171,7 +173,7 @@ impl Default for DenseConfig {
 }
 
 impl DenseConfig {
-    /// The rule of the final score.
+    /// Returns the rule of the final score, with lengths in data units.
     pub(crate) fn rule(&self, resolution: f64) -> DenseRule {
         DenseRule {
             overlap_distance: self.overlap_distance.resolve(resolution),
@@ -185,7 +187,7 @@ impl DenseConfig {
         }
     }
 
-    /// The rule for poses that are not refined yet: wider, and with fewer points.
+    /// Returns the rule for poses that are not refined yet: a larger distance and fewer points.
     pub(crate) fn rough_rule(&self, resolution: f64) -> DenseRule {
         DenseRule {
             overlap_distance: self.rough_distance.resolve(resolution),
@@ -212,20 +214,21 @@ impl Default for AContrarioConfig {
 }
 
 impl DenseVerdictConfig {
-    /// Whether a really different pose of this score may make an answer of score `best` ambiguous.
+    /// Returns whether a substantially different pose of this score may make an answer of score `best` ambiguous.
     #[must_use]
     pub fn comes_close(&self, score: f64, best: f64) -> bool {
         score > self.rival_score * best || score > self.rival_alone
     }
 
-    /// Whether one that comes close does, by how the surfaces lie on each other. How many correspondences agree is no argument:
-    /// scans that were sampled alike tell parts of a shape apart that are the same. Nor is among how many it was chosen.
+    /// Returns whether a pose that comes close makes the answer ambiguous, judged by how the surfaces fit each other.
+    /// The number of inliers is not considered: in scans sampled in the same pattern, correspondences tell apart parts
+    /// that have the same shape. Nor is the number of poses from which either was chosen.
     #[must_use]
     pub fn is_rival(&self, rival: &Predictors, answer: &Predictors) -> bool {
         let Predictors { log10_false_alarms, chosen_from, .. } = *answer;
         let rival = Predictors { log10_false_alarms, chosen_from, ..*rival };
         let behind = self.calibration.log_odds(answer) - self.calibration.log_odds(&rival);
-        // What is no number is a rival.
+        // An undefined difference (NaN) counts as a rival.
         behind.is_nan() || behind <= self.rival_odds.ln()
     }
 }

@@ -1,10 +1,10 @@
-//! What a user may say about sampling and normals.
+//! User settings for sampling and normals.
 
 use congruent_geometry::{Length, Orientation};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// The choice of a sampling, and with it the meaning of `pr` in all later stages.
+/// The choice of a sampling, which also determines the meaning of `pr` in all later stages.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SamplingConfig {
@@ -12,7 +12,8 @@ pub enum SamplingConfig {
     None {},
     /// One centroid for each occupied cell; `pr` is the mean resolution of the two sampled clouds.
     VoxelGrid(VoxelGridConfig),
-    /// One centroid for each occupied cell, the cells enlarged until few enough points are left; `pr` is half a cell.
+    /// One centroid for each occupied cell; cells are enlarged until few enough points remain. `pr` is half the side of
+    /// a cell.
     Budget(BudgetConfig),
 }
 
@@ -20,7 +21,7 @@ pub enum SamplingConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct VoxelGridConfig {
-    /// Side of a cell; `pr` is here the resolution of the scans as they came.
+    /// Side of a cell; here `pr` is the mean resolution of the scans as provided.
     pub leaf: Length,
 }
 
@@ -28,16 +29,16 @@ pub struct VoxelGridConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct BudgetConfig {
-    /// Smallest side of a cell; `pr` is here the resolution of the scans as they came.
+    /// Minimum side of a cell; here `pr` is the mean resolution of the scans as provided.
     pub leaf: Length,
-    /// Most points that a scan may keep, on the mean of the two; at least eight.
+    /// Maximum number of points that remain, as a mean over the two scans; at least eight.
     #[serde(deserialize_with = "most_points")]
     pub max_points: usize,
-    /// What is done with points that hang alone.
+    /// How isolated points are treated.
     pub strays: Strays,
 }
 
-/// However large its cells are, a grid leaves a point in each of the eight corners of a scan.
+/// However large the cells are, up to eight points remain: the centre of a scan is a corner of eight cells.
 const FEWEST_POINTS: usize = 8;
 
 pub(super) fn most_points<'de, D: Deserializer<'de>>(from: D) -> Result<usize, D::Error> {
@@ -53,47 +54,48 @@ pub(super) fn most_points_or_none<'de, D: Deserializer<'de>>(from: D) -> Result<
     most_points(from).map(Some)
 }
 
-/// Points that hang alone: dust, reflections, what a scanner sees along an edge.
+/// How strays are treated: isolated points from dust, reflections, and what a scanner sees along an edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Strays {
-    /// They stay.
+    /// They are kept.
     Kept,
-    /// They are left out where they are many: see [`without_strays`](congruent_geometry::without_strays).
+    /// They are removed if there are many: see [`without_strays`](congruent_geometry::without_strays).
     #[default]
     Dropped,
 }
 
-/// Where normals come from. Descriptors need them with the same sign convention on both scans.
+/// How normals are obtained. Descriptors need the same sign convention on both scans.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct NormalsConfig {
-    /// Estimated, or taken from the scan.
+    /// Whether they are estimated or taken from the scan.
     pub source: NormalSource,
-    /// What they are estimated from.
+    /// The points from which they are estimated.
     pub neighborhood: NeighborhoodConfig,
-    /// Which side is the outside.
+    /// Which side they point to.
     pub orientation: Orientation,
 }
 
-/// Where normals come from.
+/// The origin of the normals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum NormalSource {
-    /// By principal component analysis, always.
+    /// Always estimated, by principal component analysis.
     #[default]
     Estimated,
-    /// The mesh's (from its triangles) or the file's own, where all scans that are compared have them; else estimated on all.
+    /// Those of the mesh (from its triangles) or of the file if all scans compared have them; otherwise all are
+    /// estimated. Zero normals are replaced by estimated ones.
     Given,
 }
 
-/// The points that a normal is estimated from.
+/// The points from which a normal is estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum NeighborhoodConfig {
-    /// So many nearest points, the point itself included.
+    /// This many nearest points, the point itself included.
     Nearest(#[serde(deserialize_with = "congruent_geometry::numbers::at_least::<3, _, _>")] usize),
-    /// All points within a length, or the six nearest where there are fewer.
+    /// All points within this distance, or the six nearest if there are fewer.
     Radius(Length),
 }
 
