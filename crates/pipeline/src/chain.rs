@@ -20,34 +20,34 @@ use congruent_metrics::Evidence;
 use congruent_refinement::{Hold, Refinement, Uncertainty};
 use std::sync::Arc;
 
-/// What one attempt came to.
+/// The result of one attempt.
 pub(crate) struct Answer {
-    /// Between the centred clouds.
+    /// Pose between the centred clouds.
     pub(crate) target_from_source: RigidTransform,
-    /// By the metric.
+    /// Score by the configured metric.
     pub(crate) score: f64,
     pub(crate) hold: Hold,
-    /// How good the pose is, between the centred clouds.
+    /// How accurate the pose is, between the centred clouds.
     pub(crate) uncertainty: Option<Uncertainty>,
     /// How the normals were oriented.
     pub(crate) oriented: Pair<Oriented>,
-    /// How the surfaces lie on each other, where that was looked at.
+    /// How well the surfaces fit each other, if the ranking measured it.
     pub(crate) agreement: Option<Agreement>,
-    /// How many random poses would have so many inliers.
+    /// Inliers, and how many random poses would be expected to have as many.
     pub(crate) significance: Significance,
     pub(crate) judgement: Judgement,
 }
 
-/// Where poses come from.
+/// The origin of the hypotheses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Proposals {
-    /// From the correspondences, and from the prior's guess where there is one.
+    /// From the correspondences, and from the prior's guess if there is one.
     Searched,
-    /// From the guess alone.
+    /// Only from the guess.
     Guessed,
 }
 
-/// One attempt and what it has noted so far.
+/// One attempt, with its settings and the counts so far.
 pub(crate) struct Chain<'a, 'c> {
     pub(crate) config: &'a PipelineConfig,
     pub(crate) bounds: &'a Bounds,
@@ -61,7 +61,7 @@ pub(crate) struct Chain<'a, 'c> {
 }
 
 impl<'a> Chain<'a, '_> {
-    /// `None` where the attempt would only repeat an earlier one. What the stages make is left in `trace`.
+    /// Runs the attempt; `None` if it would only repeat an earlier one. The results of the stages are left in `trace`.
     pub(crate) fn run(&mut self, scans: &Pair<&Scan>, trace: &mut Trace) -> Option<Result<Answer, Failure>> {
         let prepared = match self.prepared(scans) {
             Ok(prepared) => prepared?,
@@ -77,7 +77,7 @@ impl<'a> Chain<'a, '_> {
         self.answered(prepared, trace)
     }
 
-    /// From descriptors, which are in the trace, to an answer.
+    /// Runs the stages after description; the features must be in the trace.
     pub(crate) fn answered(&mut self, prepared: &PreparedPair, trace: &mut Trace) -> Result<Answer, Failure> {
         self.enough_points()?;
         let surfaces = &prepared.surfaces;
@@ -95,7 +95,8 @@ impl<'a> Chain<'a, '_> {
         self.sharpened(answer, &ranked, ranking)
     }
 
-    /// Nothing where there are no signs to turn.
+    /// Samples the scans, or takes the sample of an earlier attempt, and turns the normals as the attempt asks; `None`
+    /// if there are no uncertain signs to turn.
     fn prepared(&mut self, scans: &Pair<&Scan>) -> Result<Option<PreparedPair>, Failure> {
         let known = self.memory.prepared.get(&self.config.sampling);
         let sampled = match known {
@@ -176,7 +177,7 @@ impl<'a> Chain<'a, '_> {
         stages::evidence(surfaces, matches, self.config, self.resolution)
     }
 
-    /// The best poses by the metric that are really different, optimised, and the guess. At least one.
+    /// Returns the best poses by the metric that are substantially different, optimised, and the guess. At least one.
     fn pool(&mut self, surfaces: &Pair<Surface>, evidence: &Evidence) -> Result<Vec<Hypothesis>, Failure> {
         let (config, resolution) = (self.config, self.resolution);
         let (bounds, proposals) = (self.bounds, self.proposals);
@@ -201,7 +202,8 @@ impl<'a> Chain<'a, '_> {
         if pool.hypotheses.is_empty() { Err(self.bounded(Failure::NoHypothesis)) } else { Ok(pool.hypotheses) }
     }
 
-    /// Where closest points are looked up, if the surfaces are to decide. Attempts at the same sampling share it.
+    /// Returns the closest-point fields of the surfaces and the settings of the dense ranking, if there is one.
+    /// Attempts with the same sampling share the fields.
     fn fields(&mut self, surfaces: &Pair<Surface>) -> Option<(&'a DenseConfig, Pair<Arc<Fields>>)> {
         let RankingConfig::Dense(dense) = &self.config.ranking else { return None };
         let (resolution, sampling) = (self.resolution, &self.config.sampling);
@@ -229,8 +231,8 @@ impl<'a> Chain<'a, '_> {
         self.clock.time(Stage::Ranking, new)
     }
 
-    /// The surfaces, laid on each other exactly; the start where that leads out of bounds. The centroids of a grid have
-    /// seen all points, and less noise than any of them.
+    /// Refines a pose on the whole surfaces; keeps the start if the result is out of bounds. The sampled surfaces
+    /// suffice: the centroids of a grid are averages of all points and have less noise than any of them.
     pub(crate) fn refined(&mut self, surfaces: &Pair<Surface>, pose: &RigidTransform, resolution: f64) -> Refinement {
         let refiner = self.config.refinement.build(resolution, self.bounds.freedom());
         let refined = self.clock.time(Stage::Refinement, || refiner.refine(&surfaces.source, &surfaces.target, pose));
@@ -241,7 +243,8 @@ impl<'a> Chain<'a, '_> {
     }
 }
 
-/// The guess drawn in, then the guess as it is, where there is one.
+/// Returns the guess after a coarse refinement, unless that is out of bounds, then the guess as it is; nothing without
+/// a guess.
 fn guessed(bounds: &Bounds, surfaces: &Pair<Surface>, resolution: f64) -> Vec<RigidTransform> {
     let Some(guess) = bounds.guess() else { return Vec::new() };
     let drawn = bounds

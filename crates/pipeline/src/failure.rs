@@ -2,19 +2,20 @@
 
 use crate::Pair;
 
-/// A reason that a user can act on.
+/// A reason that the user can act on.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Failure {
-    /// Sampling was too coarse for the scan.
+    /// Sampling left too few points of a scan.
     #[error("sampling left {left} of the {of} points of a scan, too few to go by; choose smaller cells in [sampling]")]
     FewPoints {
-        /// Points left.
+        /// Number of points left.
         left: usize,
-        /// Points of the scan.
+        /// Number of points of the scan.
         of: usize,
     },
-    /// At the resolution of both together hardly anything is left of the smaller one.
+    /// Too few points or keypoints are left of the smaller scan, and the extents differ so much that the units probably
+    /// do, too.
     #[error(
         "the source spans {:.4e} data units and the target {:.4e}: are both in one unit (metres, millimetres)? If so, cut the larger one down to the size of the other; if not, rescale one of them",
         .extents.source, .extents.target
@@ -23,114 +24,114 @@ pub enum Failure {
         /// Longest sides of the bounding boxes, data units.
         extents: Pair<f64>,
     },
-    /// A scan without enough keypoints.
+    /// A scan has fewer than three described keypoints.
     #[error(
         "{} keypoints were found and described on the source and {} on the target, at least 3 are needed on both; use a denser detector such as [detector.uniform], or larger scans",
         .found.source, .found.target
     )]
     FewKeypoints {
-        /// Keypoints with a valid descriptor.
+        /// Number of keypoints with a valid descriptor.
         found: Pair<usize>,
     },
-    /// Too few matches to make a pose.
+    /// There are too few matches to determine a pose.
     #[error(
         "matching kept {kept} correspondences, at least 3 are needed; let [matcher] keep more, or take scans that share more"
     )]
     FewMatches {
-        /// Correspondences kept.
+        /// Number of correspondences kept.
         kept: usize,
     },
-    /// Every sample was degenerate.
+    /// Every sample was degenerate; inside [`Failure::OutOfBounds`] also: no pose proposed is within the bounds.
     #[error(
         "no three correspondences span a triangle in both scans: the matches are too few or lie on a line; more overlap or another detector may help"
     )]
     NoHypothesis,
-    /// What was found on few points is not what more of them show.
+    /// The full scans fit better in another pose than in the one found on a coarse sample.
     #[error(
         "a pose found on a coarse sample is contradicted by the full scans, which fit better in another pose; more overlap or a rough pose to start from may help"
     )]
     Contradicted,
-    /// What fits on few points does not on many.
+    /// The pose fits a coarse sample of the scans but not the full scans.
     #[error(
         "coarse samples of the scans fit, but the full scans lie {times:.1} times as far apart as the surfaces are rough: the shapes are alike, not the same; if they should be the same, check whether one scan is mirrored (two axes swapped, or one reversed)"
     )]
     OnlyAlike {
-        /// Mean distance of touching points over the mean roughness of the surfaces.
+        /// Mean distance of touching points, divided by the mean roughness of the surfaces.
         times: f64,
     },
-    /// The best pose is no better than chance.
+    /// The best pose has no more inliers than chance explains.
     #[error(
         "the best pose has {inliers} inliers of {matches} correspondences, no more than chance explains ({expected:.1} expected, {log10_false_alarms:+.1} powers of ten false alarms); more overlap, more iterations or another preset may help"
     )]
     NotSignificant {
-        /// Inliers of the best pose.
+        /// Number of inliers of the best pose.
         inliers: usize,
-        /// All correspondences.
+        /// Number of all correspondences.
         matches: usize,
-        /// Inliers expected if matches were random.
+        /// Number of inliers expected if the matches were random.
         expected: f64,
         /// Decimal logarithm of the expected number of random poses this good.
         log10_false_alarms: f64,
     },
-    /// No pose that the prior leaves is to be believed.
+    /// No pose that the prior admits is accepted.
     #[error(
         "no pose within the bounds is to be believed, and none beyond them was looked for: {within}; wider bounds, or none, may help"
     )]
     OutOfBounds {
-        /// What is wrong with the best pose within.
+        /// What is wrong with the best pose within the bounds.
         within: Box<Failure>,
     },
-    /// The surfaces do not lie on each other well enough.
+    /// The surfaces do not fit each other well enough.
     #[error(
         "the best pose found has a confidence of {:.0} %; {:.0} % is needed: the scans overlap by {:.0} %, {residual:.2} pr apart where they do, {:.1} % of the points contradict, {inliers} correspondences agree; more overlap, a viewpoint or a rough pose to start from may help",
         100.0 * .confidence, 100.0 * .needed, 100.0 * .overlap, 100.0 * .contradictions
     )]
     PoorFit {
-        /// Of the answer.
+        /// Confidence in the answer, 0 to 1.
         confidence: f64,
-        /// From which it is believed.
+        /// Minimum confidence of an accepted answer.
         needed: f64,
-        /// Share of overlapping points.
+        /// Fraction of the points that overlap.
         overlap: f64,
-        /// Mean distance of overlapping points, `pr`.
+        /// Mean distance of overlapping points to the other surface, `pr`.
         residual: f64,
-        /// Share of points that hover or occlude.
+        /// Fraction of the points that hover, plus the fraction that occlude, each summed over both directions.
         contradictions: f64,
-        /// Correspondences that agree with the pose.
+        /// Number of correspondences that are inliers of the pose.
         inliers: usize,
     },
-    /// What touches are planes, which fit each other in many poses.
+    /// The touching surfaces are mostly planes, which fit each other in many poses.
     #[error(
         "where the surfaces touch, {:.0} % of them face only three directions, as walls and boxes do, and fit in many poses; the correspondences exclude chance by {powers:.1} powers of ten, {needed} are needed; more overlap, a viewpoint or a rough pose to start from may help",
         100.0 * .flatness
     )]
     OnlyPlanes {
-        /// Fraction of the touching surface that faces three directions.
+        /// Fraction of the source, or of the part of it that touches if that is less, that faces three directions.
         flatness: f64,
         /// Powers of ten by which random poses are excluded.
         powers: f64,
-        /// From which planes are no doubt.
+        /// Powers of ten from which planes are no reason for doubt.
         needed: f64,
     },
-    /// The pose can be changed without parting the surfaces.
+    /// The pose can be changed without separating the surfaces.
     #[error(
         "the geometry leaves {n_free} of 6 directions open: the surfaces slide on each other, as planes, spheres or cylinders do (stiffness {stiffness:.4}, {needed} is needed); scans that show more of the shape are needed"
     )]
     Sliding {
-        /// Directions that nothing holds.
+        /// Number of directions that the surfaces do not hold.
         n_free: usize,
-        /// Of the loosest direction: mean squared parting of the surfaces for a unit motion.
+        /// Stiffness of the loosest direction: mean squared separation of the surfaces for a unit motion.
         stiffness: f64,
-        /// From which a direction counts as held.
+        /// Stiffness from which a direction counts as held even if the normals are noisy.
         needed: f64,
     },
 }
 
-/// Scans whose extents differ by more than this factor are rarely in one unit.
+/// Scans whose extents differ by more than this factor rarely have the same unit.
 const SAME_UNIT: f64 = 100.0;
 
 impl Failure {
-    /// What is behind it, for scans of these extents.
+    /// Replaces the failure by its probable cause, for scans of these extents.
     pub(crate) fn explained(self, extents: Pair<f64>) -> Failure {
         let ratio = extents.source / extents.target;
         match self {

@@ -1,4 +1,4 @@
-//! What an attempt makes of its poses: the one that is chosen, and what is to be thought of it.
+//! How an attempt chooses one of its poses and judges it.
 
 use crate::chain::{Answer, Chain, Proposals};
 use crate::memory::Search;
@@ -11,24 +11,24 @@ use congruent_geometry::{MOSTLY_FLAT, Point, RigidTransform, Surface, flatness, 
 use congruent_metrics::Evidence;
 use congruent_refinement::{Hold, PointToPlaneConfig, Refinement, Uncertainty};
 
-/// Points that lie no farther apart than this touch, where the flatness of what touches is measured; `pr`.
+/// Distance up to which points touch when the flatness of the touching surface is measured, `pr`.
 const TOUCHING_PR: f64 = 3.0;
-/// Number of points of the source of which that is asked.
+/// Number of points of the source that are examined for it.
 const ASKED: usize = 600;
 
-/// The pose that an attempt settled on.
+/// The pose that an attempt chose.
 pub(crate) struct Chosen {
     target_from_source: RigidTransform,
     uncertainty: Option<Uncertainty>,
     pub(crate) ranked: Option<Ranked>,
-    /// Really different poses, best first.
+    /// Substantially different poses, best first.
     others: Vec<Ranked>,
-    /// Of how many poses it is the most believable one; 1 where belief had no part in the choice.
+    /// Number of poses among which it has the highest confidence; 1 if confidence played no part in the choice.
     chosen_from: u32,
 }
 
 impl Chain<'_, '_> {
-    /// The pose that the surfaces prefer, or else the metric, refined.
+    /// Returns the pose with the best score of the ranking or, without a ranking, of the metric; refined.
     pub(crate) fn chosen(
         &mut self,
         prepared: &PreparedPair,
@@ -51,7 +51,7 @@ impl Chain<'_, '_> {
         self.settled(&ranked[0], &ranked, prepared, ranking)
     }
 
-    /// One of the poses, refined, and those that are really different.
+    /// Refines one of the ranked poses, and collects those that are substantially different from it.
     fn settled(&mut self, pose: &Ranked, ranked: &[Ranked], prepared: &PreparedPair, ranking: &Ranking<'_>) -> Chosen {
         let refined = self.refined(&prepared.surfaces, &pose.target_from_source, self.resolution);
         let kept = ranking.judge(&refined.target_from_source);
@@ -64,7 +64,8 @@ impl Chain<'_, '_> {
         }
     }
 
-    /// How many correspondences agree with a pose, and how firmly the surfaces hold it where they touch.
+    /// Measures a pose: whether its inliers exceed chance, how firmly the surfaces hold it where they touch, and the
+    /// flatness of the touching surface, which is zero if it does not matter.
     fn measured(
         &mut self,
         pose: &RigidTransform,
@@ -86,12 +87,12 @@ impl Chain<'_, '_> {
         })
     }
 
-    /// A failure, and that it is one within bounds.
+    /// Marks a failure as one within bounds, if there are any.
     pub(crate) fn bounded(&self, failure: Failure) -> Failure {
         if self.bounds.are_open() { failure } else { Failure::OutOfBounds { within: Box::new(failure) } }
     }
 
-    /// What is to be thought of the chosen pose.
+    /// Judges the chosen pose.
     pub(crate) fn judged(
         &mut self,
         chosen: &Chosen,
@@ -116,7 +117,7 @@ impl Chain<'_, '_> {
         });
         if let (Some(ranking), Some(answer)) = (ranking, &chosen.ranked) {
             let best = answer.score.value();
-            // Where only a guess was looked at, the other pose is the guess itself.
+            // If only the guess was examined, the other pose is the guess itself.
             let is_rival = |other: &&Ranked| {
                 self.proposals == Proposals::Searched && config.verdict.comes_close(other.score.value(), best)
             };
@@ -139,7 +140,7 @@ impl Chain<'_, '_> {
         }
     }
 
-    /// Rivals are refined and looked at like the answer; those that are then worse, or the same pose, are none.
+    /// Refines and examines the rivals like the answer; those that are then worse, or the same pose, are dropped.
     fn compare(
         &mut self,
         judgement: &mut Judgement,
@@ -169,8 +170,9 @@ impl Chain<'_, '_> {
         }
     }
 
-    /// An answer that is not believed gives way to a really different pose that is believed more: what touches most is not
-    /// always what is most probable. Only one of them is refined, that which is believed most as it is.
+    /// Replaces an answer that is not accepted by a substantially different pose of higher confidence, if there is one:
+    /// the pose with the best score is not always the most probable. Only one other pose is refined, the one that has
+    /// the highest confidence before refinement.
     pub(crate) fn more_believable(
         &mut self,
         answer: &Answer,
@@ -206,8 +208,8 @@ impl Chain<'_, '_> {
     }
 }
 
-/// How much of the source, and of what of it touches within `reach` (data units), faces the same three directions; the lesser of
-/// the two, since a small patch of anything faces few directions.
+/// Returns the fraction of the source, or of the part of it that touches the target within `reach` (data units), that
+/// faces the same three directions: the smaller of the two, because a small patch of any surface faces few directions.
 fn touching_flatness(surfaces: &Pair<Surface>, target_from_source: &RigidTransform, reach: f64) -> f64 {
     let Pair { source, target } = surfaces;
     let asked = || (0..source.len()).step_by(source.len().div_ceil(ASKED).max(1));

@@ -1,4 +1,4 @@
-//! What the attempts at one pair share: a stage whose settings are the same is not run again.
+//! What the attempts at one pair share: a stage is not run again with the same settings.
 
 use crate::prepared::PreparedPair;
 use crate::ranking::{Fields, Order, Ranked};
@@ -10,31 +10,31 @@ use congruent_keypoints::Keypoint;
 use congruent_matching::Correspondence;
 use std::sync::Arc;
 
-/// What has been made for one pair so far. Of the settings only those are looked at that an escalation can change.
+/// Results of the stages for one pair so far. The keys contain only those settings that an escalation step can change.
 #[derive(Default)]
 pub(crate) struct Memory {
-    /// By sampling; with the signs of the normals as they were settled.
+    /// By sampling; normals as they were oriented, before an attempt turns them.
     pub(crate) prepared: Known<SamplingConfig, SampledPair>,
     pub(crate) fields: Known<SamplingConfig, Pair<Arc<Fields>>>,
     pub(crate) described: Known<Setting, (Pair<Vec<Keypoint>>, Pair<Features>)>,
     pub(crate) matches: Known<Setting, Vec<Correspondence>>,
     pub(crate) pools: Known<Search, Pool>,
     pub(crate) orders: Known<Search, Order>,
-    /// The answer that the surfaces liked best.
+    /// The answer with the best score of the ranking.
     pub(crate) best: Known<(SamplingConfig, Signs), Ranked>,
 }
 
-/// Surfaces and the lengths that go with them.
+/// Surfaces, and the lengths that belong to them in data units.
 #[derive(Clone)]
 pub(crate) struct SampledPair {
     pub(crate) prepared: PreparedPair,
-    /// Points that were left out.
+    /// Number of points that were left out as strays.
     pub(crate) strays: Pair<usize>,
     pub(crate) raw_resolution: f64,
     pub(crate) resolution: f64,
 }
 
-/// What descriptors and matches depend on.
+/// The settings on which descriptors and matches depend.
 #[derive(Clone, PartialEq)]
 pub(crate) struct Setting {
     sampling: SamplingConfig,
@@ -48,7 +48,7 @@ impl Setting {
     }
 }
 
-/// What the pool of poses depends on.
+/// The settings on which the pool of poses depends.
 #[derive(Clone, PartialEq)]
 pub(crate) struct Search {
     setting: Setting,
@@ -63,7 +63,7 @@ impl Search {
     }
 }
 
-/// A short list of things made, by what they were made for.
+/// A short list of results, each with its key.
 pub(crate) struct Known<K, V>(Vec<(K, V)>);
 
 impl<K, V> Default for Known<K, V> {
@@ -73,12 +73,12 @@ impl<K, V> Default for Known<K, V> {
 }
 
 impl Memory {
-    /// The surfaces with the smallest resolution so far, and their sampling.
+    /// Returns the surfaces with the smallest resolution so far, and their sampling.
     pub(crate) fn finest(&self) -> Option<&(SamplingConfig, SampledPair)> {
         self.prepared.0.iter().min_by(|(_, a), (_, b)| a.resolution.total_cmp(&b.resolution))
     }
 
-    /// Keeps an answer unless there is a better one.
+    /// Keeps an answer unless there is one with at least its score.
     pub(crate) fn note(&mut self, sampling: &SamplingConfig, signs: Signs, ranked: &Ranked) {
         let key = (sampling.clone(), signs);
         if self.best.get(&key).is_none_or(|best| ranked.score.value() > best.score.value()) {
@@ -92,7 +92,7 @@ impl<K: PartialEq, V: Clone> Known<K, V> {
         self.0.iter().find(|(known, _)| known == key).map(|(_, value)| value.clone())
     }
 
-    /// In place of what was kept for the same.
+    /// Keeps a value, and replaces the one with the same key.
     pub(crate) fn keep(&mut self, key: K, value: &V) {
         self.0.retain(|(known, _)| *known != key);
         self.0.push((key, value.clone()));

@@ -1,4 +1,4 @@
-//! From two scans and a rough pose to an exact one: the chain without its search.
+//! From two scans and a rough pose to an exact one: the chain without the search.
 
 use crate::chain::Proposals;
 use crate::memory::Memory;
@@ -9,13 +9,13 @@ use congruent_geometry::Scan;
 
 /// Refines the prior's guess and judges the result; no other pose is searched for.
 ///
-/// The guess is moved from coarse to fine, within the prior's bounds; with the other side of uncertain normals, too, if it is
-/// not accepted otherwise. The verdict is that of
-/// [`register`](crate::register), from the surfaces and from how many of their correspondences agree; it is never
-/// `Ambiguous`, because there is nothing to compare with.
+/// The guess is refined from coarse to fine, within the prior's bounds; if the result is not accepted, also with the
+/// other side of uncertain normals. The verdict is reached as in [`register`](crate::register), from how well the
+/// surfaces fit each other and how many of their correspondences are inliers; it is never `Ambiguous`, because there is
+/// no other pose to compare with. `observe` is called with each stage as it begins.
 ///
 /// # Panics
-/// For a prior without a guess.
+/// If the prior has no guess.
 #[must_use]
 pub fn refine(
     scans: Pair<&Scan>,

@@ -1,15 +1,16 @@
-//! A rough pose, made exact from far to near.
+//! Refinement of a rough pose from coarse to fine.
 
 use crate::Pair;
 use congruent_geometry::{RigidTransform, Surface};
 use congruent_refinement::{Freedom, PointToPlane, Refiner, Schedule};
 
-/// How far a guess is looked around at first, in `pr`.
+/// Search radius around a guess at first, in `pr`.
 pub(crate) const GUESS_RADIUS: f64 = 15.0;
-/// How far any pose is looked around at last, in `pr`.
+/// Search radius around any pose at the end, in `pr`.
 const END_RADIUS: f64 = 2.5;
 
-/// A rough pose, drawn in from as far as `radius` (data units); itself where the surfaces touch less at the end.
+/// Refines a rough pose, with a search radius that shrinks from `radius` (data units); keeps it if the surfaces touch
+/// less at the end.
 pub(crate) fn drawn_in(
     surfaces: &Pair<Surface>,
     rough: &RigidTransform,

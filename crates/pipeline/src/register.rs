@@ -1,4 +1,4 @@
-//! From two scans to one pose: attempts of rising effort, until one is believed.
+//! From two scans to one pose: attempts of increasing effort, until one is accepted.
 
 use crate::chain::{Answer, Chain, Proposals};
 use crate::memory::Memory;
@@ -15,8 +15,8 @@ use std::convert::Infallible;
 
 /// Registers two scans.
 ///
-/// The result is the same, bit for bit, on any number of threads; the work runs on rayon's current pool. A pair that cannot be
-/// registered is a result too, with the reason in its verdict.
+/// The result is the same, bit for bit, on any number of threads; the work runs on rayon's current thread pool. If a
+/// pair cannot be registered, the verdict contains the reason.
 ///
 /// ```
 /// use congruent_geometry::Scan;
@@ -42,7 +42,8 @@ pub fn register(source: &Scan, target: &Scan, config: &PipelineConfig) -> Regist
 
 /// Registers two scans whose pose is partly known.
 ///
-/// A pose that the prior excludes is never proposed, examined or returned; the prior's guess, refined, competes with the others.
+/// Poses that the prior excludes are discarded as soon as they are proposed, and are never returned; the prior's guess,
+/// refined and as it is, competes with the others.
 #[must_use]
 pub fn register_within(source: &Scan, target: &Scan, prior: &Prior, config: &PipelineConfig) -> Registration {
     register_traced(Pair { source, target }, prior, config, &|_| ()).0
@@ -68,8 +69,9 @@ pub fn register_traced(
     (best.registration(&scans.map(|scan| *scan.origin()), clock), trace)
 }
 
-/// The first attempt that is believed, or else the best one. Where the normals' side is unsure, the other side is heard before
-/// a pose is believed: on a side that was taken wrongly, a wrong pose may lie well.
+/// Returns the first attempt whose pose is accepted or ambiguous, or else the one with the highest confidence. If the
+/// side of the normals is uncertain, the other side is tried before a pose is accepted: with normals on the wrong side,
+/// a wrong pose may fit well.
 pub(crate) fn escalated<E>(
     config: &PipelineConfig,
     clock: &mut Clock<'_>,
@@ -98,23 +100,25 @@ pub(crate) fn escalated<E>(
     })
 }
 
-/// What one attempt came to.
+/// The result of one attempt.
 #[derive(Clone, Debug)]
 pub struct Tried {
-    /// The pose it settled on, between the files' coordinates.
+    /// The pose that it chose, between file coordinates.
     pub target_from_source: RigidTransform,
-    /// What is known of it; nothing where the ranking does not look at the surfaces.
+    /// The measurements of that pose; `None` without a dense ranking.
     pub predictors: Option<Predictors>,
-    /// Whether the surfaces hold the pose.
+    /// Whether the surfaces hold the pose in all directions.
     pub is_held: bool,
-    /// What is known of the really different poses that come close to one that would be believed.
+    /// The measurements of substantially different poses that come close to it; empty unless the pose by itself would
+    /// be accepted.
     pub close: Vec<Predictors>,
 }
 
-/// All attempts that come to a pose, in their order; none more is made once one has a confidence of `enough`.
+/// Registers two scans and returns all attempts that yield a pose, in their order; none follows an attempt whose
+/// confidence is at least `enough`.
 ///
-/// [`register`] stops where an attempt is believed. This is for those who want to know what it would have come to if it had
-/// believed otherwise.
+/// [`register`] stops once an attempt is accepted. This function shows what it would return if it accepted other
+/// attempts.
 #[must_use]
 pub fn register_tried(source: &Scan, target: &Scan, config: &PipelineConfig, enough: f64) -> Vec<Tried> {
     let scans = Pair { source, target };
@@ -138,7 +142,7 @@ pub fn register_tried(source: &Scan, target: &Scan, config: &PipelineConfig, eno
     tried
 }
 
-/// What an attempt left.
+/// The result of an attempt, with what the stages produced.
 pub(crate) struct Attempt {
     pub(crate) settings: Settings,
     pub(crate) outcome: Result<Answer, Failure>,
@@ -148,7 +152,7 @@ pub(crate) struct Attempt {
     pub(crate) trace: Trace,
 }
 
-/// One run of the chain; `None` where it would only repeat an earlier one.
+/// Runs the chain once; `None` if it would only repeat an earlier run.
 pub(crate) fn attempt(
     scans: &Pair<&Scan>,
     bounds: &Bounds,
@@ -178,7 +182,7 @@ impl Attempt {
         self.outcome.as_ref().map_or(-1.0, |answer| answer.judgement.confidence)
     }
 
-    /// The more believable one; of equals the first.
+    /// Returns the attempt with the higher confidence, the first if they are equal.
     pub(crate) fn or(self, other: Attempt) -> Attempt {
         if other.confidence() > self.confidence() { other } else { self }
     }
@@ -228,7 +232,8 @@ impl Attempt {
 }
 
 impl PipelineConfig {
-    /// The settings of all attempts, in their order; a step that changes nothing here repeats none.
+    /// Returns the settings of all attempts, in their order; a step whose settings equal those of an earlier attempt is
+    /// left out.
     pub(crate) fn attempts(&self) -> impl Iterator<Item = (PipelineConfig, Signs)> + '_ {
         let changed = |step: &EscalationStep| (step.applied(self), step.signs);
         let plain = std::iter::once_with(|| (self.clone(), Signs::Kept));
@@ -263,12 +268,12 @@ impl EscalationStep {
     }
 }
 
-/// In file coordinates.
+/// Converts an uncertainty to file coordinates.
 fn placed(uncertainty: Uncertainty, target_origin: &Vector3<f64>) -> Uncertainty {
     Uncertainty { about: uncertainty.about + target_origin, ..uncertainty }
 }
 
-/// Viewpoints in file coordinates.
+/// Converts the viewpoints to file coordinates.
 fn views(oriented: &Pair<Oriented>, origins: &Pair<Vector3<f64>>) -> Pair<Oriented> {
     let placed = |oriented: Oriented, origin: Vector3<f64>| Oriented {
         viewpoint: oriented.viewpoint.map(|viewpoint| viewpoint + origin),
@@ -290,11 +295,11 @@ mod tests {
     fn a_step_that_changes_nothing_is_no_attempt() {
         let default = PipelineConfig::default();
         assert_eq!(n_attempts(&default), default.quick.len() + 1 + default.escalation.len());
-        // A grid of a given size has no budget of points that could be changed.
+        // A grid of fixed cells has no budget of points that could be changed.
         let gridded =
             PipelineConfig { sampling: SamplingConfig::VoxelGrid(VoxelGridConfig::default()), ..default.clone() };
         assert_eq!(n_attempts(&gridded), n_attempts(&default) - 1);
-        // Without a ranking there are no poses to be refined fewer of.
+        // Without a ranking no poses are refined, so the quick attempt is the plain one.
         let unranked = PipelineConfig {
             ranking: RankingConfig::None {},
             verdict: VerdictConfig::AContrario(crate::AContrarioConfig::default()),

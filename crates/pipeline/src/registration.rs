@@ -1,4 +1,4 @@
-//! The answer.
+//! The result of a registration.
 
 use crate::ranking::Ranked;
 use crate::{Failure, Pair, PipelineConfig, Predictors, Signs, StageTime};
@@ -7,19 +7,19 @@ use congruent_refinement::{Hold, Uncertainty};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Whether the pose is to be believed.
+/// Whether the pose is accepted.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
-    /// It is.
+    /// The pose is accepted.
     Ok,
-    /// It fits, but so do the really different poses that are listed as alternatives.
+    /// The pose fits, but so do the substantially different poses that are listed as alternatives.
     Ambiguous,
-    /// No pose, or none to be believed.
+    /// There is no pose, or none that is accepted.
     Failed(Failure),
 }
 
 impl Verdict {
-    /// Without the reason.
+    /// Returns the verdict without the reason.
     #[must_use]
     pub fn kind(&self) -> VerdictKind {
         match self {
@@ -30,20 +30,20 @@ impl Verdict {
     }
 }
 
-/// A verdict in a word, as it is printed and kept in files.
+/// The verdict in one word, as it is printed and stored in files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum VerdictKind {
-    /// To be believed.
+    /// The pose is accepted.
     Ok,
-    /// One of several poses that fit as well.
+    /// The pose is one of several that fit equally well.
     Ambiguous,
-    /// Not to be believed.
+    /// There is no pose, or none that is accepted.
     Failed,
 }
 
 impl VerdictKind {
-    /// `ok`, `ambiguous` or `failed`.
+    /// Returns `ok`, `ambiguous` or `failed`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -60,12 +60,12 @@ impl fmt::Display for VerdictKind {
     }
 }
 
-/// How much of what there was.
+/// How many points, keypoints, correspondences and poses there were.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counts {
-    /// Points of the scans as they came, without the dropped ones.
+    /// Points of the scans as provided, without those that [`Scan::new`](congruent_geometry::Scan::new) dropped.
     pub points: Pair<usize>,
-    /// Those of them that were left out as strays.
+    /// Points among these that were left out as strays.
     pub strays: Pair<usize>,
     /// Points after sampling.
     pub sampled: Pair<usize>,
@@ -75,28 +75,29 @@ pub struct Counts {
     pub described: Pair<usize>,
     /// Correspondences kept.
     pub correspondences: usize,
-    /// Poses that were proposed.
+    /// Trials of the estimator, including those that yielded no pose, and poses from the prior's guess.
     pub trials: u64,
-    /// Different poses that were looked at closely.
+    /// Poses in the pool: the different ones that were kept for the ranking.
     pub poses: usize,
     /// Correspondences that are inliers of the answer.
     pub inliers: usize,
 }
 
-/// How the two surfaces lie on each other under the answer.
+/// How well the two surfaces fit each other under the answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
-    /// What the answer was chosen by: overlap, discounted for what contradicts it; 0 to 1.
+    /// The score by which the answer was chosen: overlap, discounted for every contradiction; 0 to 1.
     pub score: f64,
-    /// Share of points with a point of the other surface close by and normals that agree, both ways averaged.
+    /// Fraction of the points with a point of the other surface close by and normals that agree, averaged over both
+    /// directions.
     pub overlap: f64,
-    /// Mean distance of those to the other surface's tangent plane, in `pr`; nothing where nothing overlaps.
+    /// Mean distance of those points to the other surface's tangent plane, in `pr`; `None` if nothing overlaps.
     pub residual_pr: Option<f64>,
-    /// Share of points that float before the other surface, both ways added.
+    /// Fraction of the points that float in front of the other surface, summed over both directions.
     pub hover: f64,
-    /// Share of points that would have hidden what the other scanner saw, both ways added.
+    /// Fraction of the points that would have hidden what the other scanner saw, summed over both directions.
     pub occlusion: f64,
-    /// Share of points that touch the other surface with normals that disagree, both ways averaged.
+    /// Fraction of the points that touch the other surface with normals that disagree, averaged over both directions.
     pub disagreeing: f64,
 }
 
@@ -114,58 +115,62 @@ impl Agreement {
     }
 }
 
-/// The answer for one pair of scans.
+/// The result for one pair of scans.
 #[derive(Clone, Debug)]
 pub struct Registration {
-    /// Those of the attempt that gave the answer.
+    /// Settings of the attempt that gave the answer.
     pub settings: Settings,
-    /// Maps source coordinates into the target's frame, both as in the files. The best guess where the verdict is
-    /// `Failed`, if there is any.
+    /// Maps source coordinates into the target's frame, both as in the files. If the verdict is `Failed`, the best pose
+    /// found, or `None` if there is none.
     pub target_from_source: Option<RigidTransform>,
-    /// Whether to believe it.
+    /// Whether the pose is accepted.
     pub verdict: Verdict,
-    /// Really different poses that are nearly as good, best first: source to target, file coordinates, with the score of
-    /// the ranking. Empty unless the verdict is `Ambiguous`.
+    /// Substantially different poses that are nearly as good, best first: source to target, file coordinates, with the
+    /// score of the ranking. Empty unless the verdict is `Ambiguous`.
     pub alternatives: Vec<(RigidTransform, f64)>,
-    /// 0 to 1: how probable it is that the pose is right. Calibrated for the verdict `dense` (see [`crate::Calibration`]); else one
-    /// half at the border between the verdicts.
+    /// Probability that the pose is right, 0 to 1; zero without a pose. An ambiguous pose shares it equally with its
+    /// alternatives. Calibrated for the verdict `dense` (see [`crate::Calibration`]); otherwise one half at the border
+    /// between the verdicts.
     pub confidence: f64,
-    /// By the configured metric.
+    /// Score of the pose by the configured metric.
     pub score: Option<f64>,
-    /// Decimal logarithm of the number of random poses that would have as many inliers, among all that were tried.
+    /// Decimal logarithm of the expected number of random poses with as many inliers, among all that were tried.
     pub log10_false_alarms: Option<f64>,
-    /// From where each scan was taken to be seen, file coordinates where one viewpoint explains it, and whether the side
-    /// that the normals point to is sure.
+    /// The viewpoint of each scan in file coordinates, if a single viewpoint explains it, and whether the side to which
+    /// the normals point is reliable.
     pub views: Option<Pair<Oriented>>,
     /// How firmly the surfaces hold the pose where they touch.
     pub hold: Option<Hold>,
-    /// What the confidence was computed from, where the ranking looked at the surfaces.
+    /// The measurements from which the confidence was computed; `None` without a dense ranking.
     pub predictors: Option<Predictors>,
-    /// How good the pose is, target's file coordinates, where it was refined and enough of the surfaces touches to tell.
+    /// How accurate the pose is, in the target's file coordinates; `None` if it was not refined or too little touches
+    /// to tell.
     pub uncertainty: Option<Uncertainty>,
-    /// How the surfaces lie on each other, where the ranking looked at that.
+    /// How well the surfaces fit each other; `None` without a dense ranking.
     pub agreement: Option<Agreement>,
-    /// What each stage left.
+    /// Counts of the stages of the attempt that gave the answer.
     pub counts: Counts,
-    /// Mean resolution of the scans as they came, data units.
+    /// Mean resolution of the scans as provided, without strays that were left out, data units; zero if sampling
+    /// failed. In a [`Collection`](crate::Collection), the shared length.
     pub raw_resolution: f64,
-    /// What `pr` meant in all stages after sampling, data units. Zero if sampling failed.
+    /// Meaning of `pr` in all stages after sampling, data units; zero if sampling failed. In a
+    /// [`Collection`](crate::Collection), the shared length.
     pub resolution: f64,
-    /// Wall time of each stage that ran.
+    /// Wall time of each stage that ran, over all attempts; in the order in which stages first ran.
     pub timings: Vec<StageTime>,
 }
 
-/// How an attempt was made.
+/// The settings of an attempt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// The configuration with what the attempt changes in it.
+    /// The configuration, with the changes that the attempt makes to it.
     pub config: PipelineConfig,
-    /// Of the normals.
+    /// Which side the normals point to.
     pub signs: Signs,
 }
 
 impl Registration {
-    /// Why the verdict is not `Ok`; nothing where it is.
+    /// Returns why the verdict is not `Ok`; `None` if it is.
     #[must_use]
     pub fn reason(&self) -> Option<String> {
         match &self.verdict {

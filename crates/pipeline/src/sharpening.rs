@@ -1,6 +1,7 @@
-//! A pose that was found on few points, laid on the many that an earlier attempt looked at.
+//! Refines a pose that was found on few points, using the many points of an earlier attempt.
 //!
-//! Few points of a noisy scan show clearly what many do not, since each is the mean of more; many show more exactly where it is.
+//! Few points of a noisy scan show clearly what many do not, because each is the mean of more measurements; many points
+//! show its position more exactly.
 
 use crate::chain::{Answer, Chain};
 use crate::memory::SampledPair;
@@ -10,21 +11,22 @@ use crate::{AContrarioConfig, Failure, Pair, RankingConfig, Stage};
 use congruent_geometry::{Surface, roughness};
 use congruent_metrics::DenseAgreement;
 
-/// From this ratio of the resolutions on, points are few and many.
+/// Ratio of the resolutions from which one sample has few points and the other has many.
 const MUCH_FINER: f64 = 1.5;
-/// With fewer points than this a scan is no surface any more but a handful of blobs, and they fit alike ones.
+/// Minimum number of points of a coarse sample: with fewer, a scan is only a handful of blobs, which fit other such
+/// blobs.
 const FEWEST: usize = 500;
-/// How far a pose is looked around on many points at first, in `pr` of the few.
+/// Search radius on many points at first, in `pr` of the few.
 const RADIUS: f64 = 2.0;
-/// Many points of one surface lie at most so many times as far apart as they are rough: 1.0 to 1.7 times for scans under noise
-/// and rooms, 2.2 to 9 times for scans and their images in a mirror.
+/// Maximum distance between two dense samples of one surface, as a multiple of their roughness: 1.0 to 1.7 for scans
+/// under noise and for rooms, 2.2 to 9 for scans and their mirror images.
 const FAR_APART: f64 = 2.5;
 
 impl Chain<'_, '_> {
-    /// Whether there are points enough to look at few of them.
+    /// Checks that a coarse sample has enough points to be used.
     ///
     /// # Errors
-    /// The scans were looked at much more finely before, and now one of them is hardly there.
+    /// An earlier attempt used a much finer sample, and one scan now has too few points.
     pub(crate) fn enough_points(&self) -> Result<(), Failure> {
         let counts = [
             (self.counts.sampled.source, self.counts.points.source),
@@ -36,12 +38,13 @@ impl Chain<'_, '_> {
         if is_few && left < FEWEST { Err(Failure::FewPoints { left, of }) } else { Ok(()) }
     }
 
-    /// The answer, refined on the finest surfaces of the attempts before if they are much finer and if it then fits them better. The
-    /// judgement remains that of the few points.
+    /// Refines the answer on the finest surfaces of earlier attempts, if they are much finer, and takes the result if
+    /// it fits them better. The judgement remains that of the few points.
     ///
     /// # Errors
-    /// No more correspondences agree than chance explains: a few points may fit by accident. Or the many points fit better in a
-    /// really different pose, which the few do not refute. Or they lie farther apart than they are rough: alike shapes.
+    /// No more correspondences are inliers than chance explains: a few points may fit by accident. Or the many points
+    /// fit better in a substantially different pose, which the few do not refute. Or the many points are farther apart
+    /// than they are rough: the shapes are only similar.
     pub(crate) fn sharpened(&mut self, answer: Answer, on_few: &Ranked, few: &Ranking<'_>) -> Result<Answer, Failure> {
         let finest = self.memory.finest().filter(|(_, finest)| MUCH_FINER * finest.resolution < self.resolution);
         let Some((sampling, SampledPair { prepared, resolution, .. })) = finest.cloned() else { return Ok(answer) };
@@ -78,8 +81,9 @@ impl Chain<'_, '_> {
     }
 }
 
-/// How many times as far apart as they are rough surfaces lie where they touch, if that is too many. Nothing where more of them touch
-/// with normals that disagree: then their sides are mistaken, and what is left says nothing.
+/// Returns the distance between the surfaces where they touch as a multiple of their roughness, if it is too large.
+/// `None` if more of the points touch with normals that disagree than with normals that agree: the normals are then on
+/// the wrong side, and the rest tells nothing.
 fn times_too_far_apart(touch: &DenseAgreement, surfaces: &Pair<Surface>) -> Option<f64> {
     let rough = surfaces.as_ref().par_map(roughness);
     let times = touch.residual / (0.5 * (rough.source? + rough.target?));
@@ -92,7 +96,7 @@ mod tests {
     use congruent_geometry::random::Stream;
     use congruent_geometry::{NeighborIndex, Point};
 
-    /// Two sheets of 40 × 40 points under noise of 0.1.
+    /// Two sheets of 40 × 40 points with noise of standard deviation 0.1.
     fn sheets() -> Pair<Surface> {
         let sheet = |seed: u64| {
             let mut stream = Stream::new(seed, 0);
@@ -119,11 +123,11 @@ mod tests {
     #[test]
     fn surfaces_farther_apart_than_they_are_rough_are_only_alike() {
         let both = sheets();
-        // They are rough by about 0.08.
+        // Their roughness is about 0.08.
         assert_eq!(times_too_far_apart(&touch(0.1, 0.6, 0.0), &both), None);
         let times = times_too_far_apart(&touch(0.4, 0.6, 0.0), &both).unwrap();
         assert!((4.0..6.0).contains(&times), "{times}");
-        // Where sides are mistaken, and where nothing touches, there is nothing to go by.
+        // If normals are on the wrong side, or nothing touches, no statement is possible.
         assert_eq!(times_too_far_apart(&touch(0.4, 0.01, 0.4), &both), None);
         assert_eq!(times_too_far_apart(&touch(f64::INFINITY, 0.0, 0.0), &both), None);
     }
