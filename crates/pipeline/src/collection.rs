@@ -1,10 +1,11 @@
 //! Many pairs of few scans: each scan is described once, with lengths that all pairs share.
 //!
-//! [`register`](crate::register) takes its lengths from the two scans of a pair, so a scan that is in ten pairs is
-//! described ten times. A [`Collection`] settles them once: `pr` of the scans as they came, and `pr` after sampling,
-//! are the medians of what the scans would have alone. With `[sampling.budget]` the cell is two `pr`, so the grid is the
-//! one that fits the median scan. Every step of the escalation is made: a step with another budget has its own grid,
-//! and a scan is described for it (or with its normals turned) only when a pair asks.
+//! [`register`](crate::register) takes its lengths from the two scans of a pair, so a scan that occurs in ten pairs is
+//! described ten times. A [`Collection`] determines the lengths once: `pr` of the scans as provided and `pr` after
+//! sampling are the medians of the values that the scans have individually. With `[sampling.budget]` the side of a cell
+//! is two `pr`, so the grid is the one that suits the median scan. All steps of the escalation are available: a step
+//! with another budget has its own grid, and a scan is described for it (or with its normals turned) only when a pair
+//! needs it.
 
 use crate::chain::{Chain, Proposals};
 use crate::memory::{Memory, SampledPair};
@@ -24,42 +25,42 @@ use congruent_keypoints::Keypoint;
 use nalgebra::Vector3;
 use std::sync::Arc;
 
-/// The lengths of many scans, and what is done with them.
+/// The lengths that many scans share, and the configuration with which they are described and registered.
 #[derive(Clone, Debug)]
 pub struct Collection {
     config: PipelineConfig,
     raw_resolution: f64,
-    /// `pr` after sampling, for each budget of the configuration.
+    /// `pr` after sampling for each budget of the configuration, data units.
     resolutions: Vec<f64>,
 }
 
-/// What a collection needs to know of a scan.
+/// What a collection needs to know about a scan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScanSummary {
-    /// Points as they came, without the dropped ones.
+    /// Number of points of the scan as provided, without those that [`Scan::new`] dropped.
     pub points: usize,
-    /// Of the scan as it came, data units.
+    /// Resolution of the scan as provided, data units.
     raw_resolution: f64,
-    /// After sampling, for each budget of the configuration, were the scan alone.
+    /// `pr` after sampling for each budget of the configuration, if the scan were alone; data units.
     resolutions: Vec<f64>,
-    /// Whether it has normals of its own.
+    /// Whether the scan has normals of its own.
     has_normals: bool,
 }
 
-/// In which form a pair needs a scan.
+/// The form in which a pair needs a scan; the default is that of the plain configuration, normals not turned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Variant {
     /// Position among the budgets of the configuration.
     budget: usize,
-    /// Position among its descriptors.
+    /// Position among the descriptors of the configuration.
     descriptor: usize,
-    /// With the normals turned to the other side.
+    /// Whether the normals are turned to the other side.
     turned: bool,
 }
 
-/// A scan, sampled, with keypoints and descriptors; or why that could not be done.
+/// A scan, sampled, with keypoints and descriptors; or the reason why it could not be sampled.
 pub struct DescribedScan {
-    /// Points as they came.
+    /// Number of points, without those that [`Scan::new`] dropped.
     points: usize,
     origin: Vector3<f64>,
     /// Longest side of the bounding box, data units.
@@ -68,7 +69,7 @@ pub struct DescribedScan {
 }
 
 struct Described {
-    /// Points that were left out because they hang alone.
+    /// Number of points that were left out as strays.
     strays: usize,
     surface: Surface,
     oriented: Oriented,
@@ -98,7 +99,8 @@ impl ScanSummary {
 }
 
 impl Collection {
-    /// Settles the lengths; `None` for no scans.
+    /// Determines the shared lengths; `None` for no scans. The summaries must have been made with the same
+    /// configuration. Unless all scans have normals of their own, all normals are estimated.
     #[must_use]
     pub fn new(scans: &[ScanSummary], config: &PipelineConfig) -> Option<Collection> {
         let budgets = samplings(config).len();
@@ -115,14 +117,15 @@ impl Collection {
         })
     }
 
-    /// The settled lengths, data units: `pr` of the scans as they came, then `pr` after sampling for each budget.
+    /// Returns the shared lengths, data units: `pr` of the scans as provided, then `pr` after sampling for each budget,
+    /// that of the plain configuration first.
     #[must_use]
     pub fn lengths(&self) -> Vec<f64> {
         std::iter::once(self.raw_resolution).chain(self.resolutions.iter().copied()).collect()
     }
 
-    /// The same with lengths that were settled before, as [`Collection::lengths`] gives them; nothing where they are of other
-    /// settings.
+    /// Replaces the lengths by those of an earlier run, as [`Collection::lengths`] returned them; `None` if their
+    /// number is not that of this configuration, or if one of them is not positive and finite.
     #[must_use]
     pub fn with_lengths(mut self, lengths: &[f64]) -> Option<Collection> {
         let (raw_resolution, resolutions) = lengths.split_first()?;
@@ -132,13 +135,14 @@ impl Collection {
         is_alike.then_some(self)
     }
 
-    /// What `pr` means after sampling, data units: that of the first budget.
+    /// Returns the meaning of `pr` after sampling with the budget of the plain configuration, data units.
     #[must_use]
     pub fn resolution(&self) -> f64 {
         self.resolutions[0]
     }
 
-    /// Samples and describes a scan; the seed has no part in it.
+    /// Samples and describes a scan, independently of the seed. If the scan cannot be sampled, the reason is kept in
+    /// the result.
     #[must_use]
     pub fn describe(&self, scan: &Scan, variant: Variant) -> DescribedScan {
         let described = self.described(scan, variant);
@@ -160,7 +164,7 @@ impl Collection {
         Ok(Described { strays, surface, oriented, keypoints, features })
     }
 
-    /// The grid that all scans share, in data units.
+    /// Returns the sampling that all scans share, with the side of its cells in data units.
     fn sampling(&self, position: usize) -> SamplingConfig {
         match &self.config.sampling {
             SamplingConfig::None {} => SamplingConfig::None {},
@@ -175,11 +179,13 @@ impl Collection {
         }
     }
 
-    /// Registers two scans of the collection, like [`register`](crate::register) but with the collection's lengths.
+    /// Registers two scans of the collection, like [`register`](crate::register) but with the lengths of the
+    /// collection.
     ///
-    /// `supply` gives the source and the target, described in the form that is asked for; it may keep what it made.
-    /// `observe` is told each stage as it begins. The result depends on the scans, the lengths, the
-    /// seed and the prior (of this pair, file coordinates) only.
+    /// `supply` returns the source and the target, described in the form that is asked for; it may cache them.
+    /// `observe` is called with each stage as it begins; the work of `supply` counts as [`Stage::Description`]. The
+    /// result depends only on the scans, the configuration, the lengths, the seed and the prior (of this pair, file
+    /// coordinates).
     ///
     /// # Errors
     /// The first error of `supply`.
@@ -251,42 +257,43 @@ impl Collection {
         });
         let outcome = outcome.map_err(|failure| failure.explained(scans.as_ref().map(|scan| scan.extent)));
         let counts = chain.counts;
-        // Nobody looks at the trace of a pair among many.
+        // The trace of one pair among many is not needed.
         let settings = Settings { config: config.clone(), signs };
         Ok(Some(Attempt { settings, outcome, counts, raw_resolution, resolution, trace: Trace::default() }))
     }
 }
 
 impl DescribedScan {
-    /// Memory that it takes, bytes, to a few per cent.
+    /// Returns the memory it occupies, bytes, accurate to a few per cent.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        /// A point, its normal, and its place in the index.
+        /// Bytes for a point, its normal and its entry in the index.
         const POINT: usize = 48;
         self.described.as_ref().map_or(0, |d| {
             POINT * d.surface.len() + 4 * d.features.rows.len() + size_of::<Keypoint>() * d.keypoints.len()
         })
     }
 
-    /// What was subtracted from the file's coordinates.
+    /// Returns the centre, which was subtracted from the file's coordinates.
     #[must_use]
     pub fn origin(&self) -> &Vector3<f64> {
         &self.origin
     }
 
-    /// The sampled points with their normals, centred coordinates; nothing where the scan could not be sampled.
+    /// Returns the sampled points with their normals, centred; `None` if the scan could not be sampled.
     #[must_use]
     pub fn surface(&self) -> Option<&Surface> {
         Some(&self.described.as_ref().ok()?.surface)
     }
 
-    /// Whether the side that the normals point to is sure.
+    /// Returns whether the side to which the normals point is reliable; false if the scan could not be sampled.
     #[must_use]
     pub fn side_is_sure(&self) -> bool {
         self.described.as_ref().is_ok_and(|described| described.oriented.sure)
     }
 
-    /// The mean of all descriptors, in single length: a rough word on what the scan shows. Empty where there are none.
+    /// Returns the mean of all descriptors, scaled to unit length: a rough summary of the shape. Empty if there are
+    /// none.
     #[must_use]
     pub fn signature(&self) -> Vec<f64> {
         let Ok(Described { features, .. }) = &self.described else { return Vec::new() };
@@ -319,13 +326,13 @@ fn described(scans: &Pair<Arc<DescribedScan>>) -> Result<Pair<&Described>, Failu
     }
 }
 
-/// The samplings that a registration may ask for, that of the plain attempt first.
+/// Returns the samplings that a registration may ask for, that of the plain configuration first.
 fn samplings(config: &PipelineConfig) -> Vec<SamplingConfig> {
     let others = config.attempts().map(|(config, _)| config.sampling);
     unique(std::iter::once(config.sampling.clone()).chain(others))
 }
 
-/// The descriptors that a registration may ask for, likewise.
+/// Returns the descriptors that a registration may ask for, that of the plain configuration first.
 fn descriptors(config: &PipelineConfig) -> Vec<DescriptorConfig> {
     let others = config.attempts().map(|(config, _)| config.descriptor);
     unique(std::iter::once(config.descriptor.clone()).chain(others))
@@ -341,7 +348,7 @@ fn unique<T: PartialEq>(all: impl Iterator<Item = T>) -> Vec<T> {
     unique
 }
 
-/// The middle one, or the mean of the two in the middle.
+/// Returns the middle value, or the mean of the two middle ones; `None` for no values.
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
@@ -385,8 +392,8 @@ mod tests {
         found
     }
 
-    /// A scan and a moved copy have nearly the same lengths, so hardly anything is different from an ordinary pair; and the same
-    /// where nothing is believed, so that every attempt is made.
+    /// A scan and a moved copy have nearly the same lengths, so hardly anything differs from an ordinary pair; nor does
+    /// it if nothing is accepted, so that all attempts are made.
     #[test]
     fn scans_of_equal_lengths_register_as_a_pair_does() {
         let pair = figurine_pair(&PairOptions { pixels: 120, ..PairOptions::default() });

@@ -1,21 +1,21 @@
-//! Two of a kind: what belongs to the source and what belongs to the target.
+//! A pair of values: one for the source and one for the target.
 
-/// One thing for each scan.
+/// One value for each scan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pair<T> {
-    /// The source's.
+    /// The value of the source.
     pub source: T,
-    /// The target's.
+    /// The value of the target.
     pub target: T,
 }
 
 impl<T> Pair<T> {
-    /// The same for both.
+    /// Applies a function to the source, then to the target.
     pub fn map<U>(self, mut of: impl FnMut(T) -> U) -> Pair<U> {
         Pair { source: of(self.source), target: of(self.target) }
     }
 
-    /// The same work for both scans, side by side where there are threads.
+    /// Applies a function to both in parallel, on rayon's current thread pool.
     pub fn par_map<U: Send>(self, work: impl Fn(T) -> U + Sync) -> Pair<U>
     where
         T: Send,
@@ -25,29 +25,29 @@ impl<T> Pair<T> {
         Pair { source, target }
     }
 
-    /// The two that a list holds.
+    /// Makes a pair of a list of two: source, then target.
     ///
     /// # Panics
-    /// For a list of any other length.
+    /// If the list has any other length.
     #[must_use]
     pub fn of_two(list: Vec<T>) -> Pair<T> {
         let [source, target]: [T; 2] = list.try_into().ok().expect("a list of two");
         Pair { source, target }
     }
 
-    /// Both by reference.
+    /// Returns a pair of references.
     pub fn as_ref(&self) -> Pair<&T> {
         Pair { source: &self.source, target: &self.target }
     }
 
-    /// One pair of two.
+    /// Combines two pairs into a pair of tuples.
     pub fn zip<U>(self, other: Pair<U>) -> Pair<(T, U)> {
         Pair { source: (self.source, other.source), target: (self.target, other.target) }
     }
 }
 
 impl<T, U> Pair<(T, U)> {
-    /// Two pairs of one.
+    /// Splits a pair of tuples into two pairs.
     pub fn unzip(self) -> (Pair<T>, Pair<U>) {
         let ((a, b), (c, d)) = (self.source, self.target);
         (Pair { source: a, target: c }, Pair { source: b, target: d })
@@ -55,7 +55,7 @@ impl<T, U> Pair<(T, U)> {
 }
 
 impl<T, E> Pair<Result<T, E>> {
-    /// Both results, or the first error.
+    /// Returns both values, or the first error.
     ///
     /// # Errors
     /// The source's error, else the target's.

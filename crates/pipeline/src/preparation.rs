@@ -1,4 +1,4 @@
-//! From a scan to a surface: thinned, with normals.
+//! From a scan to a surface: a thinned cloud with normals.
 
 use crate::config::{BudgetConfig, NeighborhoodConfig};
 use crate::{Failure, NormalSource, NormalsConfig, SamplingConfig, Strays};
@@ -11,23 +11,23 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// Fewest neighbours that a normal is estimated from, where a radius finds fewer.
+/// Minimum number of neighbours from which a normal is estimated, even if the radius contains fewer.
 const MIN_NEIGHBORS: usize = 6;
-/// Points at which a resolution is estimated (it is then good to about one per cent).
+/// Number of points at which a resolution is estimated; the estimate is accurate to about one per cent.
 const ESTIMATE_AT: usize = 4000;
-/// A grid that leaves too many points is enlarged by at least this factor …
+/// A grid that leaves too many points is enlarged at least by this factor …
 const MIN_GROWTH: f64 = 1.02;
-/// … and by this share of what would be enough if the scan were an even sheet.
+/// … and by this fraction of the factor that would suffice if the scan were a uniform sheet.
 const CAUTION: f64 = 0.97;
 
-/// Thinned scans and the lengths that go with them, data units.
+/// Thinned scans, and the lengths that belong to them in data units.
 pub(crate) struct Sampled {
     pub(crate) clouds: Vec<Cloud>,
-    /// How many points of each were left out because they hang alone.
+    /// Number of points of each scan that were left out as strays.
     pub(crate) strays: Vec<usize>,
-    /// Mean resolution of the scans as they came, without strays.
+    /// Mean resolution of the scans as provided, without strays.
     pub(crate) raw_resolution: f64,
-    /// What `pr` means from here on.
+    /// The meaning of `pr` from here on.
     pub(crate) resolution: f64,
 }
 
@@ -35,22 +35,22 @@ pub(crate) struct Sampled {
 pub(crate) struct Cloud {
     sample: Sample,
     origin: Vector3<f64>,
-    /// Where the scanner stood, if that is known; centred.
+    /// Position of the scanner, if it is known; centred.
     viewpoint: Option<Vector3<f64>>,
     index: NeighborIndex,
     resolution: f64,
 }
 
-/// A scan that is to be thinned.
+/// A scan to be thinned.
 struct Measured<'a> {
-    /// Another one where strays were left out.
+    /// A new scan if strays were left out.
     scan: Cow<'a, Scan>,
     resolution: f64,
 }
 
-/// Thins all scans with the same grid.
+/// Thins all scans with the same grid; there must be at least one.
 pub(crate) fn sample(scans: &[&Scan], config: &SamplingConfig, normals: NormalSource) -> Result<Sampled, Failure> {
-    // The paper's chain measures every point; a budget only needs to know where to start.
+    // The paper's chain measures its scans as exactly as possible; a budget only needs a starting point.
     let (queries, strays) = match config {
         SamplingConfig::Budget(budget) => (ESTIMATE_AT, budget.strays),
         SamplingConfig::None {} | SamplingConfig::VoxelGrid(_) => (usize::MAX, Strays::Kept),
@@ -74,19 +74,20 @@ pub(crate) fn sample(scans: &[&Scan], config: &SamplingConfig, normals: NormalSo
     };
     let parts: Vec<(Sample, &Scan)> = samples.into_iter().zip(scans.iter().copied()).collect();
     let clouds: Vec<_> = parts.into_par_iter().map(|(sample, scan)| Cloud::new(sample, scan, queries)).collect();
-    // The first failure, not the one that happened first.
+    // The failure of the first scan in the list, not the one that occurred first.
     let clouds = clouds.into_iter().collect::<Result<Vec<Cloud>, Failure>>()?;
     let resolution = unit.unwrap_or_else(|| mean(&clouds.iter().map(|cloud| cloud.resolution).collect::<Vec<_>>()));
     Ok(Sampled { clouds, strays, raw_resolution, resolution })
 }
 
-/// How many points of a scan `[sampling.budget]` leaves out because they hang alone.
+/// Returns how many points of a scan `[sampling.budget]` leaves out as strays.
 #[must_use]
 pub fn count_strays(scan: &Scan) -> usize {
     scan.points().len() - Measured::new(scan, ESTIMATE_AT, Strays::Dropped).scan.points().len()
 }
 
-/// The scans' own normals; none where one of them has none, since the signs of given and of estimated ones differ.
+/// Returns the scans' own normals; none if any scan lacks them, because the signs of given and of estimated normals
+/// differ.
 fn given_by_all(scans: &[&Scan], source: NormalSource) -> Vec<Option<Vec<Point>>> {
     match source {
         NormalSource::Given if scans.iter().all(|scan| has_normals(scan)) => each(scans, |scan| given_normals(scan)),
@@ -94,7 +95,7 @@ fn given_by_all(scans: &[&Scan], source: NormalSource) -> Vec<Option<Vec<Point>>
     }
 }
 
-/// The same work for all, side by side where there are threads.
+/// Applies a function to all in parallel; the results are in the same order.
 fn each<T: Sync, U: Send>(all: &[T], work: impl Fn(&T) -> U + Sync) -> Vec<U> {
     all.par_iter().map(&work).collect()
 }
@@ -129,7 +130,8 @@ fn whole(scan: &Scan, normals: Option<Vec<Point>>) -> Sample {
     Sample { points: scan.points().to_vec(), normals }
 }
 
-/// Enlarges the grid until it leaves few enough points; the side of a cell. `count` is how many a grid leaves.
+/// Enlarges the grid until few enough points remain, and returns the side of a cell. `count` returns how many a grid
+/// leaves.
 fn within_budget(budget: &BudgetConfig, raw_resolution: f64, count: impl Fn(f64) -> f64) -> f64 {
     let mut leaf = budget.leaf.resolve(raw_resolution);
     loop {
@@ -153,7 +155,7 @@ impl Cloud {
         }
     }
 
-    /// Adds the normals; `resolution` is what `pr` means.
+    /// Adds the normals; `resolution` is the meaning of `pr`.
     pub(crate) fn into_surface(self, config: &NormalsConfig, resolution: f64) -> (Surface, Oriented) {
         let points = self.sample.points;
         let neighborhood = match config.neighborhood {
@@ -164,7 +166,7 @@ impl Cloud {
         };
         let mut normals: Vec<Point> =
             estimate_normals(&points, &self.index, neighborhood).iter().map(|n| n.normal).collect();
-        // A viewpoint that is known need not be estimated.
+        // A known viewpoint need not be estimated.
         let policy = match (config.orientation, self.viewpoint) {
             (Orientation::Estimated {}, Some(known)) => Orientation::Viewpoint { at: (known + self.origin).into() },
             (policy, _) => policy,
@@ -179,12 +181,13 @@ impl Cloud {
     }
 }
 
-/// Whether a scan has normals of its own.
+/// Returns whether a scan has normals of its own.
 pub(crate) fn has_normals(scan: &Scan) -> bool {
     !scan.triangles().is_empty() || scan.normals().is_some()
 }
 
-/// A mesh's triangles say more than normals that somebody wrote into the file.
+/// Returns the normals of a scan: from its triangles, which are more reliable than normals in the file, if it is a
+/// mesh.
 fn given_normals(scan: &Scan) -> Option<Vec<Point>> {
     if scan.triangles().is_empty() {
         scan.normals().map(<[Point]>::to_vec)

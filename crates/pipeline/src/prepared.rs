@@ -1,19 +1,19 @@
-//! Both surfaces of a pair, and which way their normals point.
+//! Both surfaces of a pair, and the side to which their normals point.
 
 use crate::{Pair, Signs};
 use congruent_geometry::{Oriented, Surface, ViewKind};
 use nalgebra::Vector3;
 
-/// Surfaces and what they came from.
+/// Surfaces, and how their normals were oriented.
 #[derive(Clone)]
 pub(crate) struct PreparedPair {
     pub(crate) surfaces: Pair<Surface>,
-    /// How their normals were oriented.
+    /// How the normals were oriented.
     pub(crate) oriented: Pair<Oriented>,
 }
 
 impl PreparedPair {
-    /// With the signs that an attempt asks for; nothing where there is nothing to turn.
+    /// Turns the normals as an attempt asks; `None` if there are no uncertain signs to turn.
     pub(crate) fn with_signs(self, signs: Signs) -> Option<Self> {
         let turned = signs.turned(&self.oriented)?;
         let turn = |(surface, turned): (Surface, bool)| if turned { surface.flipped() } else { surface };
@@ -26,21 +26,21 @@ impl PreparedPair {
 }
 
 impl Signs {
-    /// On which scan the normals are turned; nothing where there is nothing to turn.
+    /// Returns on which scan the normals are turned; `None` if there are no uncertain signs to turn.
     pub(crate) fn turned(self, oriented: &Pair<Oriented>) -> Option<Pair<bool>> {
         let kept = oriented.zip(Pair { source: oriented.target, target: oriented.source }).map(is_model_of);
         match self {
             Signs::Kept => Some(kept),
             Signs::Other if oriented.source.sure && oriented.target.sure => None,
-            // One scan is enough: what counts is whether the two agree.
+            // Turning one scan is enough: what counts is whether the two agree.
             Signs::Other if oriented.source.sure => Some(Pair { target: !kept.target, ..kept }),
             Signs::Other => Some(Pair { source: !kept.source, ..kept }),
         }
     }
 }
 
-/// Whether what seems to have been seen from within is a closed model after all, because the other scan shows an object
-/// from one side: then its normals point inwards.
+/// Returns whether a scan that seems to have been seen from within is a closed model, because the other scan shows an
+/// object from one side: the normals of the model then point inwards and have to be turned.
 fn is_model_of((scan, other): (Oriented, Oriented)) -> bool {
     scan.kind == Some(ViewKind::Within) && other.kind == Some(ViewKind::OneSide) && other.sure
 }

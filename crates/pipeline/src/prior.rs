@@ -1,43 +1,45 @@
-//! What is known of a pose before the scans are looked at, and which poses it leaves.
+//! Prior knowledge of a pose, and the poses that it admits.
 
 use crate::Pair;
 use congruent_geometry::{Length, RigidTransform, angle_between};
 use congruent_refinement::Freedom;
 use nalgebra::{Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
 
-/// How far a proposed pose of levelled scans may be from level, radians; it is then made level.
+/// Maximum tilt of a pose proposed for levelled scans, radians; poses within it are made level.
 pub const MAX_TILT: f64 = 0.26;
 
-/// What is known of a pose before the scans are looked at. By default nothing.
+/// Prior knowledge of a pose; by default none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Prior {
-    /// A pose that may be near.
+    /// A pose that the true one may be near.
     pub guess: Option<Guess>,
-    /// Which way is up in both scans, where they are levelled: the pose then turns about this direction only. Poses that
-    /// the correspondences propose may tilt by up to 15° and are made level; refinement keeps them so.
+    /// The direction that is up in both scans, if they are levelled: the pose then rotates only about this direction.
+    /// Poses that the correspondences propose may tilt by up to [`MAX_TILT`] (about 15°) and are made level; refinement
+    /// keeps them level.
     pub up: Option<Unit<Vector3<f64>>>,
 }
 
-/// A pose that may be near, and how far from it the answer may be.
+/// A pose that the true one may be near, and how far from it the answer may be.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Guess {
-    /// Between file coordinates.
+    /// Pose between file coordinates.
     pub target_from_source: RigidTransform,
-    /// Angle between the answer's rotation and the guess's, radians; any where there is none.
+    /// Maximum angle between the rotations of the answer and of the guess, radians; `None` for no limit.
     pub max_rotation: Option<f64>,
-    /// Distance between where the answer and where the guess puts the source's centre (the middle of its bounding box);
-    /// any where there is none.
+    /// Maximum distance between the positions to which the answer and the guess move the source's centre (the middle of
+    /// its bounding box); `pr` is that after sampling. `None` for no limit.
     pub max_translation: Option<Length>,
 }
 
 impl Prior {
-    /// A guess that bounds nothing.
+    /// Creates a prior with a guess that imposes no bounds.
     #[must_use]
     pub fn guess(target_from_source: RigidTransform) -> Prior {
         Prior { guess: Some(Guess { target_from_source, max_rotation: None, max_translation: None }), up: None }
     }
 
-    /// The same for scans that were centred at these origins.
+    /// Converts the prior for scans that were centred at these origins; the guess is made level if the scans are
+    /// levelled.
     pub(crate) fn bounds(&self, origins: &Pair<Vector3<f64>>) -> Bounds {
         let mut bounds = Bounds { guess: self.guess.clone(), up: self.up };
         if let Some(guess) = &mut bounds.guess {
@@ -51,7 +53,7 @@ impl Prior {
     }
 }
 
-/// The poses between the centred clouds that may be the answer.
+/// The poses between the centred clouds that the answer may be.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bounds {
     guess: Option<Guess>,
@@ -59,27 +61,28 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// Whether any pose will do.
+    /// Returns whether any pose is admitted.
     pub(crate) fn are_open(&self) -> bool {
         self.up.is_none() && !self.hold_to_guess()
     }
 
-    /// Whether poses must be near a guess.
+    /// Returns whether poses must be near a guess.
     pub(crate) fn hold_to_guess(&self) -> bool {
         self.guess.as_ref().is_some_and(|guess| guess.max_rotation.is_some() || guess.max_translation.is_some())
     }
 
-    /// The guess, made level where the scans are.
+    /// Returns the guess, made level if the scans are levelled.
     pub(crate) fn guess(&self) -> Option<RigidTransform> {
         self.guess.as_ref().map(|guess| guess.target_from_source)
     }
 
-    /// What a refinement may do.
+    /// Returns the motions that a refinement may make.
     pub(crate) fn freedom(&self) -> Freedom {
         self.up.map_or(Freedom::All, Freedom::About)
     }
 
-    /// The pose, made level where the scans are; nothing where it is out of bounds. `resolution` is what `pr` means.
+    /// Returns the pose, made level if the scans are levelled; `None` if it is out of bounds. `resolution` is the
+    /// meaning of `pr`.
     pub(crate) fn admitted(&self, pose: &RigidTransform, resolution: f64) -> Option<RigidTransform> {
         if tilt(pose, self.up) > MAX_TILT {
             return None;
@@ -90,7 +93,8 @@ impl Bounds {
 }
 
 impl Guess {
-    /// Between centred clouds: the source's centre is the origin.
+    /// Returns whether a pose is within both limits of the guess, which are inclusive. Between centred clouds the
+    /// source's centre is the origin.
     fn is_near(&self, pose: &RigidTransform, resolution: f64) -> bool {
         let guess = &self.target_from_source;
         let shift = (pose.translation.vector - guess.translation.vector).norm();
@@ -99,18 +103,18 @@ impl Guess {
     }
 }
 
-/// How far a pose tilts scans that are level, radians; zero where they are not.
+/// Returns the angle by which a pose tilts the direction `up`, radians; zero if there is none.
 #[must_use]
 pub fn tilt(pose: &RigidTransform, up: Option<Unit<Vector3<f64>>>) -> f64 {
     up.map_or(0.0, |up| (pose.rotation * up).angle(&up))
 }
 
-/// The part of a pose that turns about `up`, with the source's centre where it was.
+/// Returns the part of a pose that rotates about `up`; the source's centre goes to the same place.
 fn level(pose: &RigidTransform, up: Option<Unit<Vector3<f64>>>) -> RigidTransform {
     let Some(up) = up else { return *pose };
     let turning = up.as_ref() * pose.rotation.imag().dot(&up);
     let twist = Quaternion::from_parts(pose.rotation.w, turning);
-    // Half a turn about a level axis has no part about `up`.
+    // Half a turn about a horizontal axis has no part about `up`.
     let rotation = UnitQuaternion::try_new(twist, 1e-12).unwrap_or_else(UnitQuaternion::identity);
     RigidTransform::from_parts(pose.translation, rotation)
 }

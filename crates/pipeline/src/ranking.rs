@@ -1,4 +1,4 @@
-//! The choice among poses by the whole surfaces: correspondences propose, surfaces decide.
+//! The choice among poses by how well the whole surfaces fit: correspondences propose, surfaces decide.
 
 use crate::prior::Bounds;
 use crate::{DenseConfig, Pair};
@@ -9,23 +9,24 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Sides of the grids in which closest points are looked up, and of the pixels of depth images, in `pr`.
+/// Side of a cell of the grids in which closest points are looked up, and of a pixel of the depth images, in `pr`.
 const NEAR_CELL: f64 = 2.0;
 const FAR_CELL: f64 = 4.0;
 const PIXEL: f64 = 4.0;
-/// How far the short refinement looks at first and at last, in `pr`.
+/// Search radius of the short refinement at first and at the end, in `pr`.
 const REFINEMENT_RADII: [f64; 2] = [6.0, 2.5];
-/// Poses whose points lie farther apart than this, in `pr`, are really different; so many are kept beside the answer.
+/// Poses whose points are farther apart than this on average, in `pr`, are substantially different; at most this many
+/// of them are kept besides the answer.
 const DIFFERENT: f64 = 10.0;
 const MAX_OTHERS: usize = 5;
-/// Every so many points are compared.
+/// Every point whose position is a multiple of this is compared.
 const PROBE_STRIDE: usize = 37;
-/// Points that one short refinement uses in a round.
+/// Maximum number of points that a short refinement uses in a round.
 const REFINEMENT_POINTS: usize = 1200;
-/// Poses that one thread looks at at a time, at most.
+/// Maximum number of poses that one thread examines at a time.
 const POSES_AT_A_TIME: usize = 4;
 
-/// Where the closest points of a surface are looked up, however its normals point.
+/// Lookup of the closest points of a surface, near and far; independent of its normals.
 pub(crate) struct Fields {
     near: NearestField,
     far: NearestField,
@@ -43,7 +44,7 @@ impl Fields {
     }
 }
 
-/// Both surfaces, ready to be laid on each other.
+/// Both surfaces, prepared for measuring how well they fit each other.
 pub(crate) struct Ranking<'a> {
     config: &'a DenseConfig,
     bounds: &'a Bounds,
@@ -51,7 +52,7 @@ pub(crate) struct Ranking<'a> {
     surfaces: Pair<DenseSurface<'a>>,
 }
 
-/// A pose and how well the surfaces lie on each other under it.
+/// A pose, and how well the surfaces fit each other under it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ranked {
     pub(crate) target_from_source: RigidTransform,
@@ -59,7 +60,8 @@ pub(crate) struct Ranked {
     pub(crate) agreement: DenseAgreement,
 }
 
-/// A pool in the order that the surfaces give it as it is, and the first of it refined, as far as anybody asked.
+/// The poses of a pool sorted by their score before refinement, and the first of them refined, as many as were needed
+/// so far.
 #[derive(Clone)]
 pub(crate) struct Order {
     promising: Vec<Ranked>,
@@ -67,7 +69,7 @@ pub(crate) struct Order {
 }
 
 impl<'a> Ranking<'a> {
-    /// `viewpoints` are where the scans were taken from, where a single viewpoint can be trusted.
+    /// Prepares the surfaces; `viewpoints` are the positions of the scanners, centred, if they are reliable.
     pub(crate) fn new(
         surfaces: &'a Pair<Surface>,
         fields: &'a Pair<Arc<Fields>>,
@@ -84,7 +86,7 @@ impl<'a> Ranking<'a> {
         Ranking { config, bounds, resolution, surfaces }
     }
 
-    /// Looks at all poses of a pool as they are.
+    /// Scores all poses of a pool before refinement.
     pub(crate) fn order(&self, poses: &[RigidTransform]) -> Order {
         let rough = self.config.rough_rule(self.resolution);
         let mut promising: Vec<Ranked> =
@@ -93,7 +95,7 @@ impl<'a> Ranking<'a> {
         Order { promising, refined: Vec::new() }
     }
 
-    /// The most promising poses, refined and looked at again; best first.
+    /// Refines the most promising poses and scores them again; best first.
     pub(crate) fn best(&self, order: &mut Order) -> Vec<Ranked> {
         let wanted = self.config.refined.max(1).min(order.promising.len());
         let known = order.refined.len().min(wanted);
@@ -105,7 +107,7 @@ impl<'a> Ranking<'a> {
         best
     }
 
-    /// Poses that are really different from the answer and from each other, best first.
+    /// Returns poses that are substantially different from the answer and from each other, in the order of `ranked`.
     pub(crate) fn others(&self, answer: &Ranked, ranked: &[Ranked]) -> Vec<Ranked> {
         let mut others: Vec<Ranked> = Vec::new();
         for candidate in ranked {
@@ -119,14 +121,14 @@ impl<'a> Ranking<'a> {
         others
     }
 
-    /// Whether two poses are really different.
+    /// Returns whether two poses are substantially different.
     pub(crate) fn apart(&self, a: &Ranked, b: &Ranked) -> bool {
         let probes = self.surfaces.source.surface.points().iter().step_by(PROBE_STRIDE);
         let probes: Vec<_> = probes.copied().collect();
         mean_displacement(&probes, &a.target_from_source, &b.target_from_source) > DIFFERENT * self.resolution
     }
 
-    /// How well the surfaces lie on each other, by the rule of the final score.
+    /// Measures how well the surfaces fit each other, by the rule of the final score.
     pub(crate) fn judge(&self, pose: &RigidTransform) -> Ranked {
         self.judged(pose, &self.config.rule(self.resolution))
     }
@@ -136,7 +138,7 @@ impl<'a> Ranking<'a> {
         Ranked { target_from_source: *pose, score: agreement.score(rule), agreement }
     }
 
-    /// The start is kept where the score falls, or where refinement leads out of bounds.
+    /// Refines a pose; the start is kept if the score falls or the result is out of bounds.
     fn refined(&self, start: &Ranked) -> Ranked {
         let radii = REFINEMENT_RADII.map(|radius| radius * self.resolution);
         let (rounds, max_points) = (self.config.rounds, REFINEMENT_POINTS);
@@ -153,7 +155,7 @@ impl<'a> Ranking<'a> {
     }
 }
 
-/// Best first; equal scores keep the order of the pool.
+/// Sorts best first; equal scores keep the order of the pool.
 fn sort(ranked: &mut [Ranked]) {
     ranked.sort_by_key(|r| std::cmp::Reverse(r.score));
 }

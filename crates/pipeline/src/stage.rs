@@ -3,31 +3,32 @@
 use std::fmt;
 use std::time::{Duration, Instant};
 
-/// A stage of the chain, in the order in which they run.
+/// A stage of the chain; the variants are in the order in which they first run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// Resolution and voxel grid.
+    /// Resolution, strays, voxel grid, and the neighbour index.
     Sampling,
-    /// Normals, their orientation, and the neighbour index.
+    /// Normals and their orientation.
     Normals,
     /// Keypoint detection.
     Keypoints,
-    /// Local reference frames and descriptors.
+    /// Descriptors, with the local reference frames that they need; in a [`Collection`](crate::Collection) everything
+    /// that the supply of the described scans does.
     Description,
     /// Nearest neighbours in descriptor space.
     Matching,
-    /// Sampling and scoring of hypotheses.
+    /// Sampling, scoring and local optimisation of hypotheses; coarse refinement of a guess.
     Estimation,
-    /// Choice among the best poses by the whole surfaces.
+    /// Choice among the best poses by how well the whole surfaces fit.
     Ranking,
-    /// Iterative closest points.
+    /// Refinement of chosen poses by iterative closest points.
     Refinement,
-    /// The word on whether it worked.
+    /// Measurements for the verdict.
     Verdict,
 }
 
 impl Stage {
-    /// All of them, in order.
+    /// All stages, in order.
     pub const ALL: [Stage; 9] = [
         Stage::Sampling,
         Stage::Normals,
@@ -40,7 +41,7 @@ impl Stage {
         Stage::Verdict,
     ];
 
-    /// Its name in reports.
+    /// Returns the name of the stage in reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -63,16 +64,16 @@ impl fmt::Display for Stage {
     }
 }
 
-/// Wall time of one stage, over all attempts.
+/// Wall time of one stage, summed over all attempts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StageTime {
-    /// Which.
+    /// The stage.
     pub stage: Stage,
-    /// How long.
+    /// Its wall time.
     pub time: Duration,
 }
 
-/// Tells the observer what begins and keeps the time of what ended.
+/// Tells the observer which stage begins, and sums up the times of the stages.
 pub(crate) struct Clock<'a> {
     observe: &'a dyn Fn(Stage),
     pub(crate) times: Vec<StageTime>,

@@ -1,7 +1,8 @@
-//! Each stage of the chain by itself, for those who look at one, swap it, or feed it from elsewhere.
+//! Each stage of the chain as a separate function, for those who want to examine one, replace it, or feed it with other
+//! data.
 //!
-//! [`register`](crate::register) runs these very functions one after the other. `resolution` is what `pr` means, data
-//! units. Scans and surfaces are centred; [`Scan::origin`] leads back to file coordinates.
+//! [`register`](crate::register) runs the same functions one after the other. `resolution` is the meaning of `pr` in
+//! data units. Scans and surfaces are centred; [`Scan::origin`] leads back to file coordinates.
 //!
 //! ```
 //! use congruent_geometry::Scan;
@@ -38,30 +39,29 @@ use congruent_matching::Correspondence;
 use congruent_metrics::{Clouds, Evidence, Metric};
 use rayon::prelude::*;
 
-/// Hypotheses that are optimised for each that is kept.
+/// Number of hypotheses that are optimised for each one kept.
 const OPTIMISED_PER_KEPT: usize = 2;
 
-/// Hypotheses that are kept while they are made: as many as memory bears, and far more than differ.
+/// Maximum number of hypotheses kept during estimation: what memory permits, and far more than there are different
+/// ones.
 const MOST_HYPOTHESES: usize = 1_000_000;
 
-/// Scans, thinned and with normals.
+/// Thinned scans with normals.
 pub struct Prepared {
     /// Sampled points with normals, in the order of the scans.
     pub surfaces: Vec<Surface>,
-    /// Mean resolution of the scans as they came, data units.
+    /// Mean resolution of the scans as provided, without strays that were left out, data units.
     pub raw_resolution: f64,
-    /// What `pr` means from here on, data units.
+    /// Meaning of `pr` in the following stages, data units.
     pub resolution: f64,
 }
 
-/// Thins scans with one grid and adds normals. Lengths refer to all scans together, so a scan that is prepared alone has
-/// another `pr` than the same scan in a pair, unless `resolution` (data units) says what it is.
+/// Thins scans with one grid and adds normals; there must be at least one scan. The grid and `pr` depend on all scans
+/// together, so a scan that is prepared alone has another `pr` than in a pair, unless `resolution` (data units)
+/// determines it. `resolution` does not change the grid.
 ///
 /// # Errors
 /// The grid leaves too few points of a scan.
-///
-/// # Panics
-/// For no scans.
 pub fn prepare(scans: &[&Scan], config: &PipelineConfig, resolution: Option<f64>) -> Result<Prepared, Failure> {
     let Sampled { clouds, raw_resolution, resolution: own, .. } =
         sample(scans, &config.sampling, config.normals.source)?;
@@ -75,27 +75,27 @@ pub(crate) fn normals(clouds: Vec<Cloud>, config: &PipelineConfig, resolution: f
     clouds.into_par_iter().map(|cloud| cloud.into_surface(&config.normals, resolution)).collect()
 }
 
-/// Finds the points that are worth describing.
+/// Detects keypoints and returns those with enough support.
 #[must_use]
 pub fn detect(surface: &Surface, config: &PipelineConfig, resolution: f64) -> Vec<Keypoint> {
     let found = config.detector.build(resolution).detect(surface);
     config.support.apply(surface, &found, resolution)
 }
 
-/// Describes surface points; those that cannot be described have no row.
+/// Describes the surface points with the given indices; those that cannot be described have no row.
 #[must_use]
 pub fn describe(surface: &Surface, points: &[u32], config: &PipelineConfig, resolution: f64) -> Features {
     config.descriptor.build(resolution).describe(surface, points)
 }
 
-/// More correspondences are not worked on: the compatibility graph and the verdict compare all with all, which would take
-/// hours and gigabytes.
+/// Maximum number of correspondences: the compatibility graph and the verdict compare all with all, which would take
+/// hours and gigabytes for more.
 pub const MOST_MATCHES: usize = 50_000;
 
-/// Pairs rows of the source with rows of the target, best first; the best [`MOST_MATCHES`] of them.
+/// Matches rows of the source with rows of the target, and returns the best [`MOST_MATCHES`], best first.
 ///
 /// # Panics
-/// When the two have rows of different length.
+/// If the rows of the two tables differ in length.
 #[must_use]
 pub fn match_features(features: &Pair<Features>, config: &PipelineConfig) -> Vec<Correspondence> {
     let mut matches = config.matcher.build().matches(&features.source, &features.target);
@@ -103,7 +103,8 @@ pub fn match_features(features: &Pair<Features>, config: &PipelineConfig) -> Vec
     matches
 }
 
-/// What poses are judged by: the matched points with their normals, and their frames where the estimator needs them.
+/// Collects what poses are judged by: the matched points with their normals and, if the estimator needs them, their
+/// local reference frames.
 #[must_use]
 pub fn evidence(
     surfaces: &Pair<Surface>,
@@ -117,10 +118,11 @@ pub fn evidence(
     with_surroundings(Evidence::new(points), surfaces, &ends, config, resolution)
 }
 
-/// The same for pairs of points that need not be points of the surfaces: normals and frames are those of the nearest.
+/// Like [`evidence`], for pairs of points that need not be points of the surfaces: normals and frames are those of the
+/// nearest surface points. All points are centred like the surfaces.
 ///
 /// # Panics
-/// When a surface has no points.
+/// If there are pairs, and a surface has no points.
 #[must_use]
 pub fn evidence_near(
     surfaces: &Pair<Surface>,
@@ -134,7 +136,7 @@ pub fn evidence_near(
     with_surroundings(Evidence::new(pairs.iter().copied()), surfaces, &ends, config, resolution)
 }
 
-/// Adds what the surfaces know around both ends of each pair.
+/// Adds the normals, and the frames if the estimator needs them, of the surface points at both ends of each pair.
 fn with_surroundings(
     evidence: Evidence,
     surfaces: &Pair<Surface>,
@@ -154,22 +156,22 @@ fn with_surroundings(
     evidence.with_frames(ends.par_iter().map(both).collect())
 }
 
-/// The poses that outlive the correspondences.
+/// The poses that are kept after estimation.
 #[derive(Clone, Debug, Default)]
 pub struct Pool {
-    /// Best first by the metric, all really different. Between the centred clouds.
+    /// Poses between the centred clouds, best first by the metric. Those from [`estimate`] are substantially different.
     pub hypotheses: Vec<Hypothesis>,
-    /// Poses that were to be proposed.
+    /// Number of trials, including those that yielded no pose.
     pub trials: u64,
 }
 
-/// Proposes poses, scores them by the metric, and keeps the best that are really different, optimised.
+/// Proposes poses, scores them by the metric, and keeps the best that are substantially different, locally optimised.
 #[must_use]
 pub fn estimate(surfaces: &Pair<Surface>, evidence: &Evidence, config: &PipelineConfig, resolution: f64) -> Pool {
     estimate_within(&Bounds::default(), surfaces, evidence, config, resolution)
 }
 
-/// The same of the poses that are admitted.
+/// Like [`estimate`], for the poses that the bounds admit.
 pub(crate) fn estimate_within(
     bounds: &Bounds,
     surfaces: &Pair<Surface>,
@@ -195,7 +197,7 @@ pub(crate) fn estimate_within(
     Pool { hypotheses: distinctness.distinct(&better, n.max(1)), trials }
 }
 
-/// The poses that the bounds leave, made level where that is asked for; best first.
+/// Returns the poses that the bounds admit, made level if the scans are levelled; best first.
 fn admitted(
     hypotheses: Vec<Hypothesis>,
     bounds: &Bounds,
@@ -215,7 +217,8 @@ fn admitted(
     kept
 }
 
-/// Adds poses that were not proposed by correspondences, best first by the metric; of equals the first given.
+/// Adds poses that were not proposed by correspondences, and sorts best first by the metric; ties go to the poses of
+/// the pool, then to the first given.
 pub(crate) fn with_given(
     mut pool: Pool,
     given: &[RigidTransform],
@@ -238,21 +241,21 @@ pub(crate) fn clouds(surfaces: &Pair<Surface>) -> Clouds<'_> {
     Clouds { source: &surfaces.source, target: &surfaces.target }
 }
 
-/// What the a-contrario test says of a pose.
+/// The result of the a-contrario test of a pose.
 #[derive(Clone, Debug)]
 pub struct ChanceTest {
-    /// Correspondences that are inliers of the pose.
+    /// Number of correspondences that are inliers of the pose.
     pub inliers: usize,
-    /// Decimal logarithm of the number of random poses that would have as many.
+    /// Decimal logarithm of the expected number of random poses with as many inliers.
     pub log10_false_alarms: f64,
-    /// 0 to 1, one half at the border.
+    /// Confidence, 0 to 1; one half at the border.
     pub confidence: f64,
-    /// Why the pose is not believed, where it is not.
+    /// Why the pose is not accepted; `None` if it is.
     pub doubt: Option<Failure>,
 }
 
-/// Tests whether a pose, the best of `trials`, has more inliers than chance explains. Where the configured verdict is
-/// another one than `a-contrario`, that one's defaults are used.
+/// Tests whether a pose, the best of `trials`, has more inliers than chance explains. If the configured verdict is not
+/// `a-contrario`, the default settings of that test are used.
 #[must_use]
 pub fn test_against_chance(
     pose: &RigidTransform,

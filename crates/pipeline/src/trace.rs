@@ -1,4 +1,4 @@
-//! What the stages left on the way to an answer.
+//! What the stages produced on the way to an answer.
 
 use crate::Pair;
 use congruent_descriptors::Features;
@@ -7,17 +7,17 @@ use congruent_geometry::Surface;
 use congruent_keypoints::Keypoint;
 use congruent_matching::Correspondence;
 
-/// What each stage made, for those who want to look at it. Stages that were not reached left nothing.
+/// What each stage produced, for inspection. Fields of stages that were not reached are empty.
 #[derive(Default)]
 pub struct Trace {
-    /// Sampled points with normals, centred; what positions in all other fields refer to.
+    /// Sampled points with normals, centred; indices of points in the other fields refer to them.
     pub surfaces: Option<Pair<Surface>>,
-    /// With enough support.
+    /// Keypoints with enough support.
     pub keypoints: Pair<Vec<Keypoint>>,
     /// One row for each keypoint that could be described.
     pub features: Pair<Features>,
-    /// Best first.
+    /// Correspondences, best first.
     pub matches: Vec<Correspondence>,
-    /// The poses that were looked at closely, best first by the metric; between the centred clouds.
+    /// The pool of poses from which the ranking chose, best first by the metric; between the centred clouds.
     pub pool: Vec<Hypothesis>,
 }
