@@ -1,79 +1,84 @@
-//! How probable a right answer is: a logistic model of what was measured of it.
+//! The probability that an answer is right: a logistic model of its measurements.
 //!
-//! The coefficients are in `calibration.toml`; `congruent calibrate` makes that file from registrations whose truth is
-//! known: true pairs, pairs of different objects, pairs that hardly overlap, of several sensors.
+//! The coefficients are in `calibration.toml`; `congruent calibrate` creates that file from registrations whose truth
+//! is known: true pairs, pairs of different objects, and pairs that hardly overlap, from several sensors.
 
 use congruent_geometry::MOSTLY_FLAT;
 use serde::{Deserialize, Serialize};
 
-/// What a right answer is recognised by.
+/// The measurements by which a right answer is recognised.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Predictors {
-    /// Of the ranking: overlap, discounted for what contradicts it; 0 to 1.
+    /// Score of the ranking: overlap, discounted for every contradiction; 0 to 1.
     pub score: f64,
-    /// Share of points that touch the other surface.
+    /// Fraction of the points that touch the other surface with normals that agree, averaged over both directions.
     pub overlap: f64,
-    /// Mean distance of those to the other surface, `pr`; at most [`MAX_RESIDUAL_PR`], which it also is where nothing touches.
+    /// Mean distance of those points to the other surface's tangent plane, `pr`; at most [`MAX_RESIDUAL_PR`], which is
+    /// also the value if nothing touches.
     pub residual_pr: f64,
-    /// Share of points that hover before the other surface or would have hidden it.
+    /// Fraction of the points that hover in front of the other surface, plus the fraction that would have hidden it,
+    /// each summed over both directions.
     pub contradictions: f64,
-    /// Share of points that touch with normals that disagree.
+    /// Fraction of the points that touch with normals that disagree, averaged over both directions.
     pub disagreeing: f64,
-    /// Score of the best really different pose, as a share of the answer's.
+    /// Score of the best substantially different pose, as a fraction of the answer's; at most one, and one if the
+    /// answer's score is zero.
     pub runner_up: f64,
-    /// Decimal logarithm of the number of random poses with as many inliers.
+    /// Decimal logarithm of the expected number of random poses with as many inliers.
     pub log10_false_alarms: f64,
-    /// Of the loosest direction.
+    /// Stiffness of the loosest direction.
     pub stiffness: f64,
     /// Mean angle between the normals where the surfaces touch, radians.
     pub normal_angle: f64,
-    /// Of how many poses this is the most believable one; 1 where belief had no part in the choice.
+    /// Number of poses among which this one has the highest confidence; 1 if confidence played no part in the choice.
     pub chosen_from: u32,
-    /// Fraction of the source, or of what of it touches if that is less, that faces only three directions (see [`flatness`](congruent_geometry::flatness)); zero
-    /// where the correspondences exclude chance so far, or a guess leaves so few poses, that it does not matter.
+    /// Fraction of the source, or of the part of it that touches if that is less, that faces only three directions (see
+    /// [`flatness`](congruent_geometry::flatness)). Zero if the correspondences exclude chance so clearly, or a guess
+    /// leaves so few poses, that it does not matter.
     #[serde(default)]
     pub flatness: f64,
 }
 
-/// Planes fit each other in many poses, so that the surfaces say little; the correspondences have to exclude chance by so many
-/// powers of ten. Of simulated views of rooms, houses and brackets whose answer would be accepted otherwise, a third of those
-/// with fewer powers are right, and nine in ten of those with more.
+/// Planes fit each other in many poses, so that the surfaces tell little; the correspondences must exclude chance by
+/// this many powers of ten. Of simulated views of rooms, houses and brackets whose answer would be accepted otherwise,
+/// a third of those with fewer powers are right, and nine in ten of those with more.
 pub(crate) const POWERS_OF_PLANES: f64 = 15.0;
-/// Confidence in what only planes and chance speak for, at most.
+/// Maximum confidence in a pose that only planes support and that correspondences do not distinguish from chance.
 const FLAT_CONFIDENCE: f64 = 0.3;
 
-/// Number of terms of the model beside the intercept.
+/// Number of terms of the model besides the intercept.
 pub const N_TERMS: usize = 7;
-/// Scores below this are all the same.
+/// Scores below this are treated as equal.
 const MIN_SCORE: f64 = 1e-3;
-/// Scores below this are small: so little touches that chance may fit it well. Above it, a larger overlap is no better an answer.
+/// Scores below this are small: so little touches that chance may make it fit well. Above it, a larger overlap does not
+/// make the answer more probable.
 const SMALL_SCORE: f64 = 0.05;
-/// Residuals above this, `pr`, are all the same.
+/// Residuals above this, `pr`, are treated as equal.
 pub const MAX_RESIDUAL_PR: f64 = 2.0;
 
-/// Directions looser than this are all the same.
+/// Stiffnesses below this are treated as equal.
 const SMALLEST_STIFFNESS: f64 = 1e-4;
 
-/// Normals that disagree say how noisy the scans are, and so how far apart right surfaces may lie; shares above this say no
-/// more.
+/// Normals that disagree show how noisy the scans are, and thus how far apart right surfaces may be; larger fractions
+/// than this tell nothing more.
 const MAX_DISAGREEING: f64 = 0.05;
 /// So do angles between normals, up to this, radians.
 const MAX_NORMAL_ANGLE: f64 = 0.4;
 
-/// Random poses are excluded by about so many powers of ten at most where things of the same parts lie on each other (102 the most
-/// in 80 registrations of alike objects) …
+/// Approximate maximum number of powers of ten by which random poses are excluded if different objects with the same
+/// parts are aligned (102 is the most in 80 registrations of similar objects) …
 const POWERS_OF_ALIKE: f64 = 100.0;
-/// … and so many beyond them count as much as e times as many below.
+/// … and this many powers beyond it count as much as a factor of e below it.
 const POWERS_A_FOLD: f64 = 50.0;
 
 impl Predictors {
-    /// Whether the surfaces touch in hardly more than planes, and the correspondences do not make up for that.
+    /// Returns whether the touching surfaces are mostly planes, and the correspondences do not compensate for that.
     #[must_use]
     pub fn are_only_planes(&self) -> bool {
         self.flatness >= MOSTLY_FLAT && -self.log10_false_alarms < POWERS_OF_PLANES
     }
 
-    /// The terms of the model, in the order of [`Calibration::weights`].
+    /// Returns the terms of the model, in the order of [`Calibration::weights`].
     #[must_use]
     pub fn terms(&self) -> [f64; N_TERMS] {
         let score = self.score.max(MIN_SCORE);
@@ -89,45 +94,46 @@ impl Predictors {
     }
 }
 
-/// What some powers of ten by which random poses are excluded are worth. Each says less than the one before, but for those
-/// beyond what things that are merely alike come to.
+/// Returns the value of the powers of ten by which random poses are excluded. Each counts less than the one before,
+/// except for those beyond what objects that are only similar reach, which count equally.
 fn excluded(powers: f64) -> f64 {
     powers.min(POWERS_OF_ALIKE).ln_1p() + (powers - POWERS_OF_ALIKE).max(0.0) / POWERS_A_FOLD
 }
 
-/// Coefficients of the model, one for each term.
+/// Coefficients of the model: the intercept, and one for each term.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Calibration {
-    /// Log odds where all terms are zero.
+    /// Log odds if all terms are zero.
     #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub intercept: f64,
-    /// Per natural logarithm of how many times smaller than 0.05 the score is.
+    /// Per natural logarithm of the factor by which the score is smaller than 0.05.
     #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub ln_smallness: f64,
     /// Per `pr` of mean distance where the surfaces touch.
     #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub residual: f64,
-    /// Per share of points that touch with normals that disagree.
+    /// Per unit of the fraction of points that touch with normals that disagree.
     #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub disagreeing: f64,
-    /// Per share of points that contradict.
+    /// Per unit of the fraction of points that hover or occlude.
     #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub contradictions: f64,
-    /// Per natural logarithm of the powers of ten by which random poses are excluded, one more; beyond a hundred, per fifty.
+    /// Per natural logarithm of one plus the powers of ten by which random poses are excluded; beyond a hundred, per
+    /// fifty powers.
     #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub ln_powers_of_ten: f64,
     /// Per natural logarithm of the stiffness of the loosest direction.
     #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub ln_stiffness: f64,
-    /// Per radian of mean angle between the normals where the surfaces touch: like the share that disagree, it says how noisy the
-    /// scans are, and so how far apart right surfaces may lie.
+    /// Per radian of mean angle between the normals where the surfaces touch. Like the fraction that disagree, it shows
+    /// how noisy the scans are, and thus how far apart right surfaces may be.
     #[serde(deserialize_with = "congruent_geometry::numbers::finite")]
     pub normal_angle: f64,
 }
 
 impl Calibration {
-    /// From an intercept and the weights of [`Predictors::terms`].
+    /// Creates a calibration from an intercept and the weights of [`Predictors::terms`].
     #[must_use]
     pub fn new(intercept: f64, weights: [f64; N_TERMS]) -> Calibration {
         let [ln_smallness, residual, disagreeing, contradictions, ln_powers_of_ten, ln_stiffness, normal_angle] =
@@ -144,7 +150,7 @@ impl Calibration {
         }
     }
 
-    /// Of the terms, in the order of [`Predictors::terms`].
+    /// Returns the weights, in the order of [`Predictors::terms`].
     #[must_use]
     pub fn weights(&self) -> [f64; N_TERMS] {
         [
@@ -158,22 +164,23 @@ impl Calibration {
         ]
     }
 
-    /// Whether these are the coefficients that come with the program.
+    /// Returns whether these are the built-in coefficients.
     #[must_use]
     pub fn is_default(&self) -> bool {
         *self == Calibration::default()
     }
 
-    /// Probability of a right answer, 0 to 1.
+    /// Returns the probability that the answer is right, 0 to 1; at most 0.3 if only planes touch (see
+    /// [`Predictors::are_only_planes`]).
     #[must_use]
     pub fn confidence(&self, known: &Predictors) -> f64 {
         let most = if known.are_only_planes() { FLAT_CONFIDENCE } else { 1.0 };
         (1.0 / (1.0 + (-self.log_odds(known)).exp())).min(most)
     }
 
-    /// Natural logarithm of the odds of a right answer: none where more of what touches disagrees in its normals than agrees, as
-    /// when walls lie on each other back to front. Who looks at several poses for one to believe finds one more easily, so the
-    /// odds are divided by their number.
+    /// Returns the natural logarithm of the odds that the answer is right. Minus infinity if more of the points that
+    /// touch have normals that disagree than normals that agree, as when walls lie on each other back to front. If
+    /// several poses were examined for one to accept, finding one is easier, so the odds are divided by their number.
     #[must_use]
     pub fn log_odds(&self, known: &Predictors) -> f64 {
         if known.disagreeing > known.overlap {

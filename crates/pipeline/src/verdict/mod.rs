@@ -1,8 +1,8 @@
-//! Is the answer to be believed?
+//! Whether the answer is accepted.
 //!
-//! Four things are asked: are there more inliers than chance explains ([`Significance`]); how probable is a right answer,
-//! from how the surfaces lie on each other ([`Calibration`]); do the surfaces hold the pose where they touch; and is there
-//! another pose that is nearly as good.
+//! Four questions are asked: are there more inliers than chance explains ([`Significance`]); how probable is it, from
+//! how well the surfaces fit each other, that the answer is right ([`Calibration`]); do the surfaces hold the pose
+//! where they touch; and is there another pose that is nearly as good?
 
 mod calibration;
 mod significance;
@@ -16,45 +16,45 @@ use crate::{AContrarioConfig, DenseVerdictConfig, Failure, VerdictConfig};
 use congruent_geometry::Length;
 use congruent_refinement::Hold;
 
-/// What speaks for and against a pose.
+/// What is known about a pose.
 pub(crate) struct Evident<'a> {
-    /// How the surfaces lie on each other, where that was looked at.
+    /// How well the surfaces fit each other, if the ranking measured it.
     pub(crate) ranked: Option<Ranked>,
-    /// Score of the best pose that is really different.
+    /// Score of the best substantially different pose.
     pub(crate) second: f64,
     pub(crate) significance: &'a Significance,
     pub(crate) hold: Hold,
     /// `pr`, data units.
     pub(crate) resolution: f64,
-    /// Of how many poses it is the most believable one.
+    /// Number of poses among which this one has the highest confidence.
     pub(crate) chosen_from: u32,
-    /// Of the touching surface.
+    /// Flatness of the touching surface.
     pub(crate) flatness: f64,
 }
 
-/// What is thought of an answer.
+/// The judgement of an answer.
 pub(crate) struct Judgement {
-    /// 0 to 1: in this pose or one of its rivals; attempts are compared by it.
+    /// Probability that this pose or one of its rivals is right, 0 to 1; attempts are compared by it.
     pub(crate) confidence: f64,
-    /// Why it is not believed.
+    /// Why the answer is not accepted, if it is not.
     pub(crate) doubt: Option<Failure>,
-    /// What the calibrated model looked at, where there was a dense ranking.
+    /// The input of the calibrated model, if there was a dense ranking.
     pub(crate) predictors: Option<Predictors>,
-    /// Other poses, between the centred clouds, that are nearly as good; the answer is then ambiguous.
+    /// Other poses, between the centred clouds, that are nearly as good; if there are any, the answer is ambiguous.
     pub(crate) rivals: Vec<Ranked>,
-    /// What was known of those that were looked at closely, rivals in the end or not.
+    /// The measurements of the candidate rivals that were examined, including those that were dropped.
     pub(crate) examined: Vec<Predictors>,
 }
 
 impl Judgement {
-    /// In this pose alone: those that are equally good share the confidence.
+    /// Returns the confidence in this pose alone: equally good poses share the confidence.
     pub(crate) fn confidence_alone(&self) -> f64 {
         self.confidence / (1 + self.rivals.len()) as f64
     }
 }
 
 impl VerdictConfig {
-    /// Correspondences with a residual below it are inliers.
+    /// Returns the residual below which correspondences are inliers.
     #[must_use]
     pub fn inlier_threshold(&self) -> Length {
         match self {
@@ -70,14 +70,14 @@ impl VerdictConfig {
         }
     }
 
-    /// A pose by itself. One that the surfaces do not hold is not believed, however well they lie on each other.
+    /// Judges a pose by itself. One that the surfaces do not hold is not accepted, however well they fit each other.
     pub(crate) fn judge(&self, evident: &Evident<'_>) -> Judgement {
         let predictors = evident.predictors();
         let inliers = evident.significance.inliers;
         let (confidence, doubt) = match (self, &predictors) {
             (VerdictConfig::AContrario(config), _) => evident.significance.judge(config),
             (VerdictConfig::Dense(config), Some(known)) => config.judge(known, inliers),
-            // Without a dense ranking there is only chance to compare with.
+            // Without a dense ranking only chance remains as a criterion.
             (VerdictConfig::Dense(_), None) => evident.significance.judge(&AContrarioConfig::default()),
         };
         let needed = self.min_stiffness();
@@ -92,7 +92,7 @@ impl VerdictConfig {
         }
     }
 
-    /// Whether a really different pose of this score may be as good as an answer of score `best`.
+    /// Returns whether a substantially different pose of this score may be as good as an answer of score `best`.
     pub(crate) fn comes_close(&self, score: f64, best: f64) -> bool {
         match self {
             VerdictConfig::AContrario(_) => score > best,
@@ -100,8 +100,8 @@ impl VerdictConfig {
         }
     }
 
-    /// Whether one that comes close is as good as the answer, after both have been refined and looked at alike: as probable,
-    /// or of no lower score and no more a matter of chance than is believed.
+    /// Returns whether a pose that comes close is as good as the answer, after both have been refined and measured
+    /// alike: as probable for the verdict `dense`; otherwise of no lower score, with more inliers than chance explains.
     pub(crate) fn is_rival(&self, rival: &Predictors, answer: &Predictors) -> bool {
         match self {
             VerdictConfig::Dense(config) => config.is_rival(rival, answer),
@@ -132,11 +132,11 @@ impl Evident<'_> {
     }
 }
 
-/// Confidence in a pose that the geometry leaves open, at most.
+/// Maximum confidence in a pose that the surfaces do not hold in every direction.
 pub const SLIDING_CONFIDENCE: f64 = 0.1;
 
 impl DenseVerdictConfig {
-    /// Confidence, and doubt where it is too little.
+    /// Returns the confidence, and the doubt if it is too low.
     fn judge(&self, known: &Predictors, inliers: usize) -> (f64, Option<Failure>) {
         let confidence = self.calibration.confidence(known);
         if known.are_only_planes() && confidence < self.min_confidence {

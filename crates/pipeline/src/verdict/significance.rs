@@ -1,9 +1,9 @@
-//! Is the best pose better than chance? The a-contrario test.
+//! The a-contrario test: whether the best pose is better than chance explains.
 //!
-//! Were the matches random, how many of the poses tried would have this many inliers? The chance of a single random
-//! match to be an inlier is measured under the pose itself: the share of *all* combinations of a matched source point
-//! with a matched target point that fall together. So a pose that lays a plane on a plane, where much falls together
-//! by itself, is held to a higher count.
+//! If the matches were random, how many of the poses tried would have this many inliers? The probability that a single
+//! random match is an inlier is measured under the pose itself: the fraction of *all* combinations of a matched source
+//! point with a matched target point that coincide. So a pose that puts a plane on a plane, where many points coincide
+//! anyway, needs a higher count.
 
 use crate::{AContrarioConfig, Failure};
 use congruent_geometry::RigidTransform;
@@ -12,24 +12,24 @@ use multiversion::multiversion;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-/// Correspondences that made the pose and so fit it anyway.
+/// Number of correspondences that determined the pose and thus fit it anyway.
 const SAMPLE_SIZE: usize = 3;
-/// Source points whose combinations one thread counts at a time, at least.
+/// Minimum number of source points whose combinations one thread counts at a time.
 const COUNTED_AT_A_TIME: usize = 128;
 
-/// What the test says.
+/// The result of the test.
 pub(crate) struct Significance {
-    /// Correspondences that agree with the pose.
+    /// Number of correspondences that are inliers of the pose.
     pub(crate) inliers: usize,
     /// Decimal logarithm of the expected number of random poses this good.
     pub(crate) log10_false_alarms: f64,
-    /// Inliers that random matches would have.
+    /// Number of inliers expected if the matches were random.
     expected: f64,
     matches: usize,
 }
 
 impl Significance {
-    /// Tests a pose that was the best of `trials`.
+    /// Tests a pose that was the best of `trials`; residuals below `threshold` (data units) are inliers.
     pub(crate) fn of(pose: &RigidTransform, evidence: &Evidence, threshold: f64, trials: u64) -> Self {
         let (matches, inliers) = (evidence.len(), evidence.inliers(pose, threshold).len());
         let chance = chance_of_inlier(pose, evidence, threshold);
@@ -43,7 +43,7 @@ impl Significance {
         }
     }
 
-    /// Confidence, one half at the border, and doubt.
+    /// Returns the confidence, which is one half at the border, and the doubt if the pose is not significant.
     pub(crate) fn judge(&self, config: &AContrarioConfig) -> (f64, Option<Failure>) {
         let margin = config.max_false_alarms.log10() - self.log10_false_alarms;
         let doubt = (margin <= 0.0).then_some(Failure::NotSignificant {
@@ -56,8 +56,8 @@ impl Significance {
     }
 }
 
-/// The share of all (source point, target point) combinations that the pose puts closer than `threshold`; never zero,
-/// because one more combination might have been.
+/// Returns the fraction of all (source point, target point) combinations that the pose puts closer than `threshold`;
+/// never zero, because one combination is added to both counts.
 fn chance_of_inlier(pose: &RigidTransform, evidence: &Evidence, threshold: f64) -> f64 {
     let n = evidence.len();
     let targets: Vec<Vector3<f64>> = (0..n).map(|i| evidence.target(i)).collect();
@@ -70,7 +70,7 @@ fn chance_of_inlier(pose: &RigidTransform, evidence: &Evidence, threshold: f64) 
     ((together as f64 + 1.0) / ((n * n) as f64 + 1.0)).min(1.0)
 }
 
-/// How many places, a coordinate after the other, are closer to a point than a limit.
+/// Counts the positions, given by one list for each coordinate, that are closer to a point than a limit.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
 fn count_near(point: [f64; 3], [xs, ys, zs]: [&[f64]; 3], limit_sq: f64) -> u64 {
     let mut near = 0;
@@ -81,7 +81,7 @@ fn count_near(point: [f64; 3], [xs, ys, zs]: [&[f64]; 3], limit_sq: f64) -> u64 
     near
 }
 
-/// `ln P[B ≥ k]` for a binomial count of `n` draws with chance `p`.
+/// Returns `ln P[B ≥ k]` for a binomial count of `n` draws with probability `p`.
 fn ln_binomial_tail(n: usize, k: usize, p: f64) -> f64 {
     if k == 0 || p >= 1.0 {
         return 0.0;
@@ -117,7 +117,7 @@ mod tests {
         assert!(far.is_finite() && far < -5000.0);
     }
 
-    /// `n` pairs in a box of side 100, the first `right` of them at rest, the others random.
+    /// `n` pairs in a box of side 100 (its height times `flat`), the first `right` of them at rest, the others random.
     fn scene(n: usize, right: usize, flat: f64) -> Evidence {
         let mut stream = Stream::new(2, n as u64);
         let mut point = || {
