@@ -4,17 +4,17 @@ use congruent_geometry::{NeighborIndex, Point, RigidTransform, narrow, wide};
 use congruent_metrics::Evidence;
 use nalgebra::Point3;
 
-/// True correspondences among all.
+/// The number of true correspondences among all.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct InlierShare {
-    /// Correspondences whose ends fall together under the truth.
+    /// Number of correspondences that are inliers of the true pose.
     pub inliers: usize,
-    /// All of them.
+    /// Number of all correspondences.
     pub matches: usize,
 }
 
 impl InlierShare {
-    /// The inlier ratio; zero for no matches.
+    /// Returns the inlier ratio; zero for no matches.
     #[must_use]
     pub fn ratio(&self) -> f64 {
         self.inliers as f64 / self.matches.max(1) as f64
@@ -28,9 +28,9 @@ pub fn inlier_share(evidence: &Evidence, truth: &RigidTransform, threshold: f64)
     InlierShare { inliers, matches: evidence.len() }
 }
 
-/// Share of the source keypoints that lie on shared surface and have a target keypoint within `radius` of their true
-/// image. Shared is where a target point lies within `shared_radius` of the true image. Nothing where no source keypoint
-/// lies on shared surface.
+/// Returns the fraction of the source keypoints on shared surface that have a target keypoint within `radius` of their
+/// true position. A source keypoint is on shared surface if a target point lies within `shared_radius` of that
+/// position; both radii are inclusive, data units. `None` if no source keypoint is on shared surface.
 #[must_use]
 pub fn repeatability(
     source_keypoints: &[Point],
@@ -70,7 +70,7 @@ mod tests {
         let truth = RigidTransform::translation(0.0, 100.0, 0.0);
         let surface: Vec<Point> = (0..20).map(|i| [i as f32, 100.0, 0.0]).collect();
         let index = NeighborIndex::new(&surface);
-        // At 0: repeated. At 5: 2.5 away. At 10: exactly 2 away. At 90: on surface that the target does not have.
+        // At 0: repeated. At 5: 2.5 away. At 10: exactly 2 away. At 90: on a surface that the target does not have.
         let source: [Point; 4] = [[0.0; 3], [5.0, 0.0, 0.0], [10.0, 0.0, 0.0], [90.0, 0.0, 0.0]];
         let target: [Point; 3] = [[0.0, 100.0, 0.0], [7.5, 100.0, 0.0], [12.0, 100.0, 0.0]];
         let share = |source: &[Point], target: &[Point]| repeatability(source, target, &index, &truth, 2.0, 4.0);

@@ -1,4 +1,4 @@
-//! What is written down about one pair.
+//! What a batch records about one pair.
 
 use crate::{GroundTruth, SHARED_WITHIN_PR, inlier_share, repeatability};
 use congruent_geometry::{RigidTransform, to_rows};
@@ -7,66 +7,66 @@ use congruent_metrics::Evidence;
 use congruent_pipeline::{Registration, Trace, VerdictKind};
 use serde::{Deserialize, Serialize};
 
-/// Keypoints this close, in `pr` of the chain, are the same.
+/// Keypoints within this distance, in `pr` of the chain, are the same.
 const REPEATED_WITHIN_PR: f64 = 2.0;
 
-/// Whether a pair counts.
+/// Whether a pair counts in the statistics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
-    /// It does.
+    /// It counts.
     Scored,
-    /// The scans share too little surface under the truth; listed, not counted.
+    /// The scans share too little surface under the truth; listed but not counted.
     NotEvaluable,
-    /// A file could not be used; listed, not counted.
+    /// A file could not be used; listed but not counted.
     Error,
 }
 
 /// One pair of a batch. Lengths are in data units unless their name ends in `_pr`: `pr` of the errors is the mean
-/// resolution of the two scans as they came, `pr` of matches and keypoints is that of the chain (`resolution`).
+/// resolution of the two scans as provided, `pr` of matches and keypoints is that of the chain (`resolution`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PairRow {
-    /// Which data set.
+    /// Name of the data set.
     pub dataset: String,
-    /// As the data set names it.
+    /// Name of the source in the data set.
     pub source: String,
-    /// As the data set names it.
+    /// Name of the target in the data set.
     pub target: String,
-    /// As the data set says, else measured.
+    /// Overlap, as given by the data set or else measured; 0 to 1.
     pub overlap: f64,
     /// Whether it counts.
     pub status: Status,
-    /// What was wrong with a file.
+    /// What was wrong with a file, if anything.
     pub error: Option<String>,
-    /// The paper's RMSE; nothing where there is no pose.
+    /// The paper's RMSE; `None` if there is no pose or the pair is not evaluable.
     pub rmse_pr: Option<f64>,
-    /// The true root mean square.
+    /// The root mean square error; `None` like `rmse_pr`.
     pub rms_pr: Option<f64>,
-    /// Rotation error, degrees.
+    /// Rotation error, degrees; `None` like `rmse_pr`.
     pub rotation_deg: Option<f64>,
-    /// Translation error.
+    /// Translation error; `None` like `rmse_pr`.
     pub translation: Option<f64>,
-    /// Nothing where a file could not be used.
+    /// The verdict; `None` if a file could not be used.
     pub verdict: Option<VerdictKind>,
-    /// Of the verdict, 0 to 1.
+    /// Confidence, 0 to 1; `None` if a file could not be used.
     pub confidence: Option<f64>,
-    /// From two scans in memory to the answer.
+    /// Time from two scans in memory to the answer, seconds.
     pub seconds: f64,
-    /// Points that the scans share under the truth.
+    /// Number of source points on shared surface under the truth.
     pub n_shared: usize,
-    /// Mean resolution of the scans as they came.
+    /// Mean resolution of the scans as provided.
     pub raw_resolution: f64,
-    /// What `pr` meant in the chain.
+    /// Meaning of `pr` in the chain; zero if sampling failed.
     pub resolution: f64,
-    /// Correspondences that were kept.
+    /// Number of correspondences kept.
     pub matches: usize,
-    /// Of these, true ones: within 5 pr of the truth …
+    /// Number of true correspondences among these: within 5 pr under the true pose …
     pub inliers_5pr: usize,
     /// … and within 7.5 pr.
     pub inliers_7_5pr: usize,
-    /// Share of source keypoints on shared surface that the target has too, within 2 pr.
+    /// Fraction of the source keypoints on shared surface that the target has too, within 2 pr; `None` if none are.
     pub repeatability: Option<f64>,
-    /// The pose, row by row.
+    /// The pose, row by row; file coordinates.
     pub target_from_source: Option<[[f64; 4]; 4]>,
     /// Fingerprint of the configuration and the program's version.
     pub configuration: String,
@@ -102,7 +102,7 @@ impl PairRow {
         "error",
     ];
 
-    /// A row that knows its pair and nothing else yet.
+    /// Creates a row that contains only the names and the overlap of the pair.
     #[must_use]
     pub fn new(dataset: &str, source: &str, target: &str, overlap: f64) -> Self {
         PairRow {
@@ -132,13 +132,13 @@ impl PairRow {
         }
     }
 
-    /// The same for a pair whose files cannot be used.
+    /// Returns the row of a pair whose files cannot be used.
     #[must_use]
     pub fn with_error(self, error: String) -> Self {
         PairRow { status: Status::Error, error: Some(error), ..self }
     }
 
-    /// Judges an answer.
+    /// Adds the answer and its errors.
     #[must_use]
     pub fn judged(mut self, truth: &GroundTruth, registration: &Registration, trace: &Trace, seconds: f64) -> Self {
         self.status = if truth.is_evaluable() { Status::Scored } else { Status::NotEvaluable };
@@ -162,13 +162,13 @@ impl PairRow {
         self
     }
 
-    /// Whether the pose is off by less than `d_rmse` resolutions. A pair without a pose is wrong.
+    /// Returns whether the RMSE of the pose is below `d_rmse`, in `pr` of the errors. A pair without a pose is wrong.
     #[must_use]
     pub fn is_right(&self, d_rmse: f64) -> bool {
         self.rmse_pr.is_some_and(|rmse| rmse < d_rmse)
     }
 
-    /// One line of CSV, in the order of [`PairRow::COLUMNS`].
+    /// Returns one line of CSV, in the order of [`PairRow::COLUMNS`].
     #[must_use]
     pub fn csv(&self) -> String {
         let number = |v: f64| format!("{v:.6}");

@@ -1,10 +1,10 @@
-//! What a count of successes is worth.
+//! Statistics: intervals and tests for counts of successes, medians and quantiles.
 
 /// The 97.5 % point of the standard normal distribution.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// The 95 % interval of a success rate (Wilson, 1927): unlike the usual one it stays within 0 and 1 and is right for few
-/// trials. All of 0 to 1 for no trials.
+/// Returns the 95 % interval of a success rate (Wilson, 1927): unlike the usual one it stays within 0 and 1 and holds
+/// for few trials. The whole range from 0 to 1 for no trials.
 #[must_use]
 pub fn wilson(successes: usize, trials: usize) -> (f64, f64) {
     if trials == 0 {
@@ -20,12 +20,13 @@ pub fn wilson(successes: usize, trials: usize) -> (f64, f64) {
     (low, high)
 }
 
-/// McNemar's exact test, two-sided: how likely it is that two methods which are equally good differ at least so much.
-/// `only_first` pairs were solved by the first method alone, `only_second` by the second alone. One where they never differ.
+/// Performs McNemar's exact test, two-sided: returns the probability that two equally good methods differ at least this
+/// much. `only_first` pairs were solved only by the first method, `only_second` only by the second. One if the methods
+/// never differ.
 #[must_use]
 pub fn mcnemar(only_first: usize, only_second: usize) -> f64 {
     let n = only_first + only_second;
-    // Logarithms: 2⁻ⁿ is no number beyond a thousand pairs.
+    // In logarithms, because 2⁻ⁿ underflows beyond a thousand pairs.
     let mut ln_term = -(n as f64) * std::f64::consts::LN_2;
     let mut tail = ln_term.exp();
     for k in 0..only_first.min(only_second) {
@@ -35,13 +36,13 @@ pub fn mcnemar(only_first: usize, only_second: usize) -> f64 {
     (2.0 * tail).min(1.0)
 }
 
-/// A probability as text.
+/// Formats a probability.
 #[must_use]
 pub fn p_text(p: f64) -> String {
     if p < 1e-4 { "<0.0001".to_owned() } else { format!("{p:.4}") }
 }
 
-/// The middle value, of an even number the mean of the middle two; nothing for no values.
+/// Returns the middle value, or the mean of the two middle ones; `None` for no values.
 #[must_use]
 pub fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
@@ -54,7 +55,7 @@ pub fn median(values: &[f64]) -> Option<f64> {
     }
 }
 
-/// The smallest value that at least this share of the values do not exceed; nothing for no values.
+/// Returns the smallest value that at least the fraction `share` of the values do not exceed; `None` for no values.
 #[must_use]
 pub fn quantile(values: &[f64], share: f64) -> Option<f64> {
     let mut sorted = values.to_vec();

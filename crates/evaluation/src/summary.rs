@@ -10,13 +10,13 @@ use std::fmt::{self, Write};
 pub const D_RMSE: [f64; 10] = [0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0];
 /// The bound at which the verdict is judged, in `pr`.
 pub const VERDICT_D_RMSE: f64 = 5.0;
-/// Fewer true correspondences cannot make a pose.
+/// Fewer true correspondences than this cannot determine a pose.
 const MIN_TRUE_MATCHES: usize = 3;
-/// Bands of overlap: from, below, name.
+/// Bands of overlap: lower bound (inclusive), upper bound, name.
 pub const BANDS: [(f64, f64, &str); 3] =
     [(0.0, 0.3, "overlap < 0.3"), (0.3, 0.5, "0.3 to 0.5"), (0.5, f64::INFINITY, "0.5 and more")];
 
-/// Accuracy, time and verdicts of many pairs; printed by its `Display`.
+/// Accuracy, time and verdicts of many pairs; `Display` formats them.
 pub struct Summary<'a> {
     scored: Vec<&'a PairRow>,
     not_evaluable: Vec<&'a PairRow>,
@@ -24,20 +24,21 @@ pub struct Summary<'a> {
 }
 
 impl<'a> Summary<'a> {
-    /// Over these rows.
+    /// Summarises these rows.
     #[must_use]
     pub fn new(rows: &'a [PairRow]) -> Self {
         let of = |status| rows.iter().filter(|row| row.status == status).collect::<Vec<_>>();
         Summary { scored: of(Status::Scored), not_evaluable: of(Status::NotEvaluable), errors: of(Status::Error).len() }
     }
 
-    /// Pairs right at the bound, and pairs that count.
+    /// Returns the number of scored pairs that are right at the bound, and the number of scored pairs.
     #[must_use]
     pub fn right(&self, d_rmse: f64) -> (usize, usize) {
         right(&self.scored, d_rmse)
     }
 
-    /// Right ones among the pairs that the program called ok, and how many it called so.
+    /// Returns the number of right pairs among those called `ok`, and the number called `ok`. Right is below
+    /// [`VERDICT_D_RMSE`].
     #[must_use]
     pub fn verdict_precision(&self) -> (usize, usize) {
         let said_ok: Vec<&PairRow> =
@@ -107,7 +108,7 @@ fn right(rows: &[&PairRow], d_rmse: f64) -> (usize, usize) {
     (rows.iter().filter(|row| row.is_right(d_rmse)).count(), rows.len())
 }
 
-/// A rate with its interval, in percent; a dash for no trials.
+/// Formats a rate and its interval in percent; a dash for no trials.
 fn share(good: usize, all: usize) -> String {
     if all == 0 {
         return "-".to_owned();
@@ -117,7 +118,8 @@ fn share(good: usize, all: usize) -> String {
     format!("{:.1} % [{:.1}, {:.1}]", percent(good as f64 / all as f64), percent(low), percent(high))
 }
 
-/// Compares two batches on the pairs that both have scored, at every bound: McNemar's exact test.
+/// Compares two batches on the pairs that are scored in both, at every bound, by McNemar's exact test. Pairs are
+/// identified by their fingerprints.
 #[must_use]
 pub fn mcnemar_of(first: &[PairRow], second: &[PairRow]) -> String {
     let others: HashMap<&str, &PairRow> =

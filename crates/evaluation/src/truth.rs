@@ -1,8 +1,9 @@
-//! Poses against the true one.
+//! Errors of a pose against the true one.
 //!
-//! Errors are measured where the two scans share surface: on `C_gt`, the source points whose true image has a target
-//! point within four resolutions. The paper's point error is written with the true motion alone and so never looks at the
-//! estimate; meant, and computed here, is the distance between where the estimate and where the truth put a point.
+//! Errors are measured where the two scans share surface: on `C_gt`, the source points that have a target point within
+//! four resolutions of their true position. The paper's formula for the point error contains only the true motion and
+//! thus does not depend on the estimate; what is meant, and computed here, is the distance between the positions of a
+//! point under the estimate and under the truth.
 
 use congruent_geometry::{
     NeighborIndex, Point, RigidTransform, Scan, angle_between, mean_displacement, narrow, resolution, uncentred, wide,
@@ -11,17 +12,17 @@ use congruent_pipeline::Pair;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-/// Source points with a target point this near, in resolutions, are shared.
+/// Source points with a target point within this distance of their true position, in resolutions, are shared.
 pub const SHARED_WITHIN_PR: f64 = 4.0;
-/// A pair that shares fewer points cannot be judged.
+/// Pairs that share fewer points than this are not evaluable.
 pub const MIN_SHARED: usize = 10;
 
-/// What a pair of scans should register to, and how far off a pose is.
+/// The true pose of a pair of scans, and the points on which errors are measured.
 #[derive(Clone, Debug)]
 pub struct GroundTruth {
-    /// Between the centred clouds.
+    /// True pose between the centred clouds.
     truth: RigidTransform,
-    /// Offsets of the centred clouds.
+    /// What was subtracted from the file coordinates of each cloud.
     origins: Pair<Vector3<f64>>,
     /// `C_gt`: centred source points.
     shared: Vec<Point>,
@@ -29,21 +30,23 @@ pub struct GroundTruth {
     overlap: Pair<f64>,
 }
 
-/// How far a pose is off.
+/// The errors of a pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseErrors {
-    /// The paper's RMSE: the mean (not the root of the mean square) distance over `C_gt`, in `pr`.
+    /// The paper's RMSE: the mean (not root mean square) distance over `C_gt`, in `pr`.
     pub rmse_pr: f64,
-    /// The root of the mean squared distance over `C_gt`, in `pr`.
+    /// The root mean square distance over `C_gt`, in `pr`.
     pub rms_pr: f64,
     /// Angle between the rotations, degrees.
     pub rotation_deg: f64,
-    /// Distance between the translations, data units. It depends on where the coordinates have their origin.
+    /// Distance between the translations of the poses in file coordinates, data units. It depends on the origin of the
+    /// coordinates.
     pub translation: f64,
 }
 
 impl GroundTruth {
-    /// For two scans as they came; the truth is between file coordinates, and `pr` is the mean resolution of the scans.
+    /// Creates the ground truth of two scans as provided; the truth is between file coordinates, and `pr` is the mean
+    /// resolution of the scans.
     #[must_use]
     pub fn of_scans(scans: Pair<&Scan>, target_from_source: &RigidTransform) -> Self {
         let points = Pair { source: scans.source.points(), target: scans.target.points() };
@@ -51,10 +54,11 @@ impl GroundTruth {
         GroundTruth::of_points(points, origins, target_from_source)
     }
 
-    /// The same for centred points, of which there are at least two distinct ones each, and what was taken off them.
+    /// Creates the ground truth of centred points, with what was subtracted from their file coordinates; the truth is
+    /// between file coordinates, and `pr` is the mean resolution of the two clouds.
     ///
     /// # Panics
-    /// For fewer than two distinct points.
+    /// If a cloud has fewer than two distinct points.
     #[must_use]
     pub fn of_points(points: Pair<&[Point]>, origins: Pair<Vector3<f64>>, target_from_source: &RigidTransform) -> Self {
         let truth = uncentred(target_from_source, &-origins.source, &-origins.target);
@@ -71,7 +75,7 @@ impl GroundTruth {
         GroundTruth { truth, origins, shared, resolution, overlap }
     }
 
-    /// The same truth between clouds that have other things taken off them, such as the same scans when spoilt.
+    /// Returns the same truth between clouds centred at other origins, for instance the same scans with a nuisance.
     #[must_use]
     pub fn recentred(self, origins: Pair<Vector3<f64>>) -> Self {
         let in_file_coordinates = uncentred(&self.truth, &self.origins.source, &self.origins.target);
@@ -81,37 +85,37 @@ impl GroundTruth {
         GroundTruth { truth, origins, shared, ..self }
     }
 
-    /// Number of points in `C_gt`.
+    /// Returns the number of points in `C_gt`.
     #[must_use]
     pub fn n_shared(&self) -> usize {
         self.shared.len()
     }
 
-    /// Whether enough surface is shared to judge a pose by.
+    /// Returns whether enough surface is shared to measure errors: at least [`MIN_SHARED`] points.
     #[must_use]
     pub fn is_evaluable(&self) -> bool {
         self.shared.len() >= MIN_SHARED
     }
 
-    /// Share of points that the other scan has too: the smaller of both directions.
+    /// Returns the fraction of the points that lie on shared surface: the smaller of both directions.
     #[must_use]
     pub fn overlap(&self) -> f64 {
         self.overlap.source.min(self.overlap.target)
     }
 
-    /// Mean resolution of the two clouds, data units: what `pr` means in the errors.
+    /// Returns the mean resolution of the two clouds, data units: the meaning of `pr` in the errors.
     #[must_use]
     pub fn resolution(&self) -> f64 {
         self.resolution
     }
 
-    /// The true motion between the centred clouds.
+    /// Returns the true pose between the centred clouds.
     #[must_use]
     pub fn centred(&self) -> &RigidTransform {
         &self.truth
     }
 
-    /// The errors of a pose between file coordinates; nothing where the pair is not evaluable.
+    /// Returns the errors of a pose between file coordinates; `None` if the pair is not evaluable.
     #[must_use]
     pub fn errors(&self, target_from_source: &RigidTransform) -> Option<PoseErrors> {
         let Pair { source, target } = &self.origins;
@@ -135,14 +139,14 @@ impl GroundTruth {
         })
     }
 
-    /// The paper's RMSE of a pose between the centred clouds; nothing where the pair is not evaluable.
+    /// Returns the paper's RMSE of a pose between the centred clouds, in `pr`; `None` if the pair is not evaluable.
     #[must_use]
     pub fn rmse_pr(&self, centred: &RigidTransform) -> Option<f64> {
         self.is_evaluable().then(|| mean_displacement(&self.shared, centred, &self.truth) / self.resolution)
     }
 }
 
-/// The points that have one of the other cloud within `radius` (inclusive) once moved.
+/// Returns the points that, once moved, have a point of the other cloud within `radius` (inclusive).
 fn shared(points: &[Point], other: &NeighborIndex, motion: &RigidTransform, radius: f64) -> Vec<Point> {
     let is_shared = |p: &&Point| {
         let moved = narrow(&(motion * Point3::from(wide(**p))).coords);
@@ -156,7 +160,7 @@ mod tests {
     use super::*;
     use congruent_geometry::RawScan;
 
-    /// A grid of `nx` × `ny` points one apart, with its corner at `(x, y)`.
+    /// A grid of `nx` × `ny` points with spacing one and its corner at `(x, y)`.
     fn grid(nx: usize, ny: usize, x: f64, y: f64) -> Scan {
         let at = |i: usize, j: usize| [x + i as f64, y + j as f64, 1e6];
         let points = (0..nx).flat_map(|i| (0..ny).map(move |j| at(i, j))).collect();
@@ -169,7 +173,7 @@ mod tests {
 
     #[test]
     fn shared_are_the_points_within_four_resolutions_of_the_truth() {
-        // Columns 0..=9 against columns 100..=109 that begin seven later: 3 shared, and 4 more within reach.
+        // Columns 0..=9 against columns 100..=109 that begin seven later: 3 shared, and 4 more within the radius.
         let (source, target) = (grid(10, 4, 0.0, 0.0), grid(10, 4, 107.0, 0.0));
         let truth = GroundTruth::of_scans(Pair { source: &source, target: &target }, &shift(100.0, 0.0, 0.0));
         assert_eq!((truth.resolution(), truth.n_shared(), truth.overlap()), (1.0, 7 * 4, 0.7));
@@ -182,7 +186,7 @@ mod tests {
         let moved = truth.errors(&shift(0.0, 3.0, 4.0)).unwrap();
         let expected = PoseErrors { rmse_pr: 5.0, rms_pr: 5.0, rotation_deg: 0.0, translation: 5.0 };
         assert!((moved.rmse_pr - 5.0).abs() < 1e-9 && (moved.rms_pr - 5.0).abs() < 1e-9, "{moved:?} {expected:?}");
-        // Half a turn about the middle, on a line of points 0.5, 1.5, … 5.5 to each side: they move by twice that.
+        // Half a turn about the middle of a line of points 0.5, 1.5, … 5.5 to each side: they move by twice that.
         let line = Scan::new(&RawScan {
             points: (0..12).map(|i| [f64::from(i) - 5.5, 0.0, 0.0]).collect(),
             ..RawScan::default()

@@ -1,17 +1,18 @@
-//! Logistic regression by Newton's method, with a little ridge so that separable data have an answer.
+//! Logistic regression by Newton's method, with a small ridge so that separable data have a solution.
 
 use congruent_pipeline::{Calibration, N_TERMS, Predictors};
 use nalgebra::{SMatrix, SVector};
 
 const N: usize = N_TERMS + 1;
 const ROUNDS: usize = 60;
-/// A step below this ends the rounds.
+/// A step shorter than this ends the iteration.
 const TOLERANCE: f64 = 1e-10;
-/// Terms that vary less than this are constant.
+/// Terms with a smaller standard deviation are treated as constant.
 const MIN_SPREAD: f64 = 1e-9;
 
-/// The calibration under which these answers, right or not, are most probable, given that its weights are normal with
-/// variance `1 / ridge` in units of each term's standard deviation. From nothing all weights are zero.
+/// Returns the calibration under which these answers, right or not, are most probable, given that its weights are
+/// normally distributed with variance `1 / ridge` in units of each term's standard deviation. Without answers all
+/// weights are zero.
 #[must_use]
 pub fn fit(answers: impl IntoIterator<Item = (Predictors, bool)>, ridge: f64) -> Calibration {
     let examples: Vec<([f64; N_TERMS], bool)> =
@@ -30,7 +31,7 @@ pub fn fit(answers: impl IntoIterator<Item = (Predictors, bool)>, ridge: f64) ->
     Calibration::new(intercept, weights)
 }
 
-/// Mean and standard deviation of each term.
+/// Returns the mean and the standard deviation of each term.
 fn moments(examples: &[([f64; N_TERMS], bool)]) -> ([f64; N_TERMS], [f64; N_TERMS]) {
     let n = examples.len().max(1) as f64;
     let mean = std::array::from_fn(|i| examples.iter().map(|(x, _)| x[i]).sum::<f64>() / n);
@@ -43,7 +44,7 @@ fn moments(examples: &[([f64; N_TERMS], bool)]) -> ([f64; N_TERMS], [f64; N_TERM
 
 fn newton(examples: &[(SVector<f64, N>, f64)], ridge: f64) -> SVector<f64, N> {
     let mut penalty = SMatrix::<f64, N, N>::identity() * ridge;
-    // The intercept is hardly held back: the share of right answers is what it is.
+    // The intercept is hardly penalised: it reflects the fraction of right answers.
     penalty[(0, 0)] = 1e-6 + ridge * 1e-3;
     let mut weights = SVector::<f64, N>::zeros();
     for _ in 0..ROUNDS {
@@ -55,7 +56,7 @@ fn newton(examples: &[(SVector<f64, N>, f64)], ridge: f64) -> SVector<f64, N> {
             curvature += x * x.transpose() * (p * (1.0 - p));
         }
         let Some(step) = curvature.cholesky().map(|factor| factor.solve(&gradient)) else { break };
-        // Far from the optimum a whole step may overshoot.
+        // Far from the optimum a whole step may overshoot, so its length is limited.
         weights += step * (3.0 / step.norm()).min(1.0);
         if step.norm() < TOLERANCE {
             break;
@@ -71,7 +72,7 @@ pub(super) mod tests {
     use crate::calibration::Origin;
     use congruent_geometry::random::Stream;
 
-    /// Rows of one attempt whose answers are right with the probability that a calibration says.
+    /// Rows of one attempt whose answers are right with the probability that a calibration gives.
     pub(crate) fn rows_of(truth: &Calibration, n: u64) -> Vec<CalibrationRow> {
         (0..n)
             .map(|i| {
@@ -110,7 +111,7 @@ pub(super) mod tests {
         let truth = Calibration::new(4.0, [-1.2, -3.0, -30.0, -15.0, 0.5, 0.8, 1.5]);
         let rows = rows_of(&truth, 20_000);
         let found = fit(answers(&rows), 1e-3);
-        // Coefficients of terms that go together may trade with each other.
+        // Coefficients of correlated terms may compensate for each other.
         for (known, _) in answers(&rows) {
             let (found, expected) = (found.confidence(&known), truth.confidence(&known));
             assert!((found - expected).abs() < 0.05, "{found} {expected}");

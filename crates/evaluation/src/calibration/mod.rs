@@ -1,9 +1,10 @@
-//! How far the confidence can be trusted, and the coefficients that make it so.
+//! How far the confidence can be trusted, and how its coefficients are fitted.
 //!
-//! Pairs with a known truth become rows with the outcome of every attempt, so that a row says what the program would answer
-//! under any calibration. Two things do not follow from a row: the search for a more credible pose, which began where the
-//! rows were made, and the attempt with the other side of uncertain normals before an answer is accepted. [`calibrated`]
-//! makes a [`Calibration`] of the rows, and [`Validation`] says what such a calibration is worth on pairs that it has not seen.
+//! Pairs with a known truth become rows with the results of every attempt, so that the answer of the program can be
+//! derived from a row for any calibration. Two things cannot be derived: the search for a more probable pose, which
+//! depended on the calibration in use when the rows were made, and the attempt with the other side of uncertain normals
+//! before an answer is accepted. [`calibrated`] fits a [`Calibration`] to the rows, and [`Validation`] measures how
+//! good such a calibration is on pairs that it has not seen.
 
 mod logistic;
 mod validation;
@@ -14,74 +15,78 @@ pub use validation::Validation;
 use congruent_pipeline::{Calibration, DenseVerdictConfig, Predictors, SLIDING_CONFIDENCE, Tried};
 use serde::{Deserialize, Serialize};
 
-/// A pose is right if it is off by less than this, `pr`.
+/// A pose is right if its error is below this, `pr` of the scans as provided.
 pub const RIGHT_WITHIN_PR: f64 = 5.0;
 
-/// Times that a calibration is made again from its own answers.
+/// Number of times that a calibration is fitted again to its own answers.
 const SETTLING_ROUNDS: usize = 4;
 
-/// Where a pair comes from.
+/// The origin of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Origin {
-    /// A data set lists it.
+    /// Listed by a data set.
     Listed,
-    /// The same, each scan under a motion of its own.
+    /// A listed pair, each scan moved by a motion of its own.
     Moved,
-    /// Two scans of one data set that it does not list, since they share too little; the truth follows from the others.
+    /// Two scans of a data set that does not list the pair because they share too little; the truth follows from listed
+    /// pairs.
     Unlisted,
-    /// Scans of different objects, brought to one resolution: no pose is right.
+    /// Scans of different objects; those of data sets are brought to one resolution. No pose is right.
     Crossed,
-    /// A listed pair whose source is seen in a mirror: no pose is right.
+    /// A listed pair whose source is mirrored: no pose is right.
     Mirrored,
-    /// Virtual scans.
+    /// Simulated scans.
     Simulated,
-    /// Virtual scans of shapes that leave the pose open: an answer may be right by chance, but must not be called `ok`.
+    /// Simulated scans of shapes that do not determine the pose: an answer may be right by chance, but must not be
+    /// called `ok`.
     Open,
 }
 
-/// A pair whose truth is known, and all that its attempts came to.
+/// A pair whose truth is known, with the results of all its attempts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationRow {
-    /// Names the pair, unique.
+    /// Unique name of the pair.
     pub id: String,
-    /// What its scans belong to: an object, a scene; at least one. A row is judged by a model that knows no row of its first group;
-    /// of the object of the other scan, where that is another one, the model may know.
+    /// What its scans belong to, for instance an object or a scene; at least one. A row is judged by a model that was
+    /// not fitted to any row of its first group; if the other scan belongs to another group, the model may have been
+    /// fitted to rows of that one.
     pub groups: Vec<String>,
-    /// Where the pair comes from.
+    /// The origin of the pair.
     pub origin: Origin,
-    /// Attempts that came to a pose, in their order.
+    /// Attempts that yielded a pose, in their order.
     pub attempts: Vec<AttemptRow>,
 }
 
-/// An attempt, however believable.
+/// The result of an attempt, whatever its confidence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AttemptRow {
-    /// How far the pose is off, `pr`; nothing where no pose is right.
+    /// Error of the pose, `pr` of the scans as provided; `None` if no pose is right.
     pub error_pr: Option<f64>,
     /// Whether the surfaces hold the pose.
     pub is_held: bool,
-    /// What is known of the pose.
+    /// The measurements of the pose.
     pub known: Predictors,
-    /// And of the really different ones that come close to it, where the attempt was at all believable.
+    /// The measurements of substantially different poses that come close to it; empty unless the attempt had a minimum
+    /// confidence when the row was made.
     pub close: Vec<Predictors>,
 }
 
-/// What the program would answer.
+/// The answer that the program would give.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
-    /// How far its pose is off, `pr`; nothing where there is no pose or no pose is right.
+    /// Error of its pose, `pr`; `None` if there is no pose or no pose is right.
     pub error_pr: Option<f64>,
-    /// How sure it is.
+    /// Confidence in the pose or one of its rivals, 0 to 1; zero if there is no pose.
     pub confidence: f64,
-    /// What it knows; nothing where there is no pose.
+    /// The measurements of the pose; `None` if there is no pose.
     pub known: Option<Predictors>,
-    /// Whether it says so: sure enough, held by the surfaces, and no other pose nearly as good.
+    /// Whether the verdict is `ok`: enough confidence, held by the surfaces, and no other pose nearly as good.
     pub is_ok: bool,
 }
 
 impl Answer {
-    /// Whether the pose is right.
+    /// Returns whether the pose is right.
     #[must_use]
     pub fn is_right(&self) -> bool {
         self.error_pr.is_some_and(|error| error < RIGHT_WITHIN_PR)
@@ -89,7 +94,7 @@ impl Answer {
 }
 
 impl AttemptRow {
-    /// Nothing where the ranking did not look at the surfaces.
+    /// Creates the row of an attempt; `None` if there was no dense ranking.
     #[must_use]
     pub fn new(tried: &Tried, error_pr: Option<f64>) -> Option<AttemptRow> {
         Some(AttemptRow { error_pr, is_held: tried.is_held, known: tried.predictors?, close: tried.close.clone() })
@@ -105,7 +110,8 @@ impl AttemptRow {
 }
 
 impl CalibrationRow {
-    /// Attempt after attempt, until one is believed; else the most believed one: as the program does it with these attempts.
+    /// Returns the answer that the program would give with these attempts: the first attempt that is accepted or
+    /// ambiguous, or else the one with the highest confidence. `calibration` replaces that of `verdict`.
     #[must_use]
     pub fn answer(&self, calibration: &Calibration, verdict: &DenseVerdictConfig) -> Answer {
         let verdict = &DenseVerdictConfig { calibration: calibration.clone(), ..verdict.clone() };
@@ -124,14 +130,14 @@ impl CalibrationRow {
         Answer { confidence: answer.confidence.max(0.0), ..answer }
     }
 
-    /// The model learns from answers that could be right or wrong.
+    /// Returns whether a model is fitted to this row: only if its answer could be right or wrong.
     fn teaches(&self) -> bool {
         !self.attempts.is_empty() && self.origin != Origin::Open
     }
 }
 
-/// The calibration that explains its own answers best: which attempt answers depends on the calibration, so it is made
-/// again from the answers of the last one a few times. Nothing is learned from `Open` rows.
+/// Fits the calibration to its own answers: which attempt gives the answer depends on the calibration, so it is fitted
+/// again to the answers of the previous one a few times. `Open` rows are not used.
 #[must_use]
 pub fn calibrated<'a>(
     rows: impl IntoIterator<Item = &'a CalibrationRow>,

@@ -1,32 +1,33 @@
-//! What a calibration is worth: cross-validated figures.
+//! How good a calibration is: cross-validated figures.
 
 use super::{Answer, CalibrationRow, Origin, calibrated};
 use congruent_pipeline::{Calibration, DenseVerdictConfig};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Parts that the groups are dealt into; each is judged by the others.
+/// Number of parts to which the groups are assigned; each part is judged by a model fitted to the others.
 const FOLDS: usize = 5;
-/// Ridges among which the most probable is chosen.
+/// Ridges from which the one is chosen under which the outcomes of unseen rows are most probable.
 const RIDGES: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0];
-/// Probabilities nearer to zero or one than this are as good as certain.
+/// Probabilities are limited to at least this distance from zero and one.
 const NEARLY_CERTAIN: f64 = 1e-6;
-/// Bins of the reliability table.
+/// Number of bins of the reliability table.
 const BINS: usize = 10;
 
-/// A calibration and what it does on pairs that it has not seen.
+/// A calibration, and its results on pairs that it has not seen.
 pub struct Validation<'a> {
     rows: &'a [CalibrationRow],
-    /// To each row, by a model that knows no row of its first group.
+    /// The answer for each row, by a model that was not fitted to any row of its first group.
     unseen: Vec<Answer>,
-    /// Made from all rows.
+    /// The calibration fitted to all rows.
     pub calibration: Calibration,
-    /// Variance of the weights is one over this.
+    /// The ridge: the variance of the weights is one over this.
     pub ridge: f64,
 }
 
 impl<'a> Validation<'a> {
-    /// Fits all rows, and in five parts for the figures. `verdict` says what is believed.
+    /// Fits a calibration to all rows, and one without each of five parts for the figures. `verdict` determines what is
+    /// accepted; its own calibration is not used.
     #[must_use]
     pub fn new(rows: &'a [CalibrationRow], verdict: &'a DenseVerdictConfig) -> Self {
         let folds = folds(rows);
@@ -38,13 +39,14 @@ impl<'a> Validation<'a> {
         Validation { rows, unseen, calibration: calibrated(rows, verdict, ridge), ridge }
     }
 
-    /// Pairs that the coefficients are fitted to.
+    /// Returns the number of pairs to which the coefficients are fitted.
     #[must_use]
     pub fn learnt_from(&self) -> usize {
         self.rows.iter().filter(|row| row.teaches()).count()
     }
 
-    /// Area under the curve: how often a right answer has more confidence than a wrong one.
+    /// Returns the area under the ROC curve: how often a right answer has more confidence than a wrong one, ties
+    /// counting half; zero if there are no right or no wrong answers. Only rows that models are fitted to count.
     #[must_use]
     pub fn auc(&self) -> f64 {
         let of = |right: bool| -> Vec<f64> {
@@ -68,7 +70,8 @@ impl<'a> Validation<'a> {
         wins / (right.len() * wrong.len()).max(1) as f64
     }
 
-    /// Right ones of the answers that would be called `ok`, all that would be, and all right ones.
+    /// Returns the number of right answers among those called `ok`, the number called `ok`, and the number of right
+    /// answers; without `Open` rows.
     #[must_use]
     pub fn believed(&self) -> (usize, usize, usize) {
         let closed = || self.all().filter(|(row, _)| row.origin != Origin::Open).map(|(_, answer)| answer);
@@ -77,7 +80,8 @@ impl<'a> Validation<'a> {
         (right_said, said().count(), closed().filter(|answer| answer.is_right()).count())
     }
 
-    /// For each bin of confidence: rows, mean confidence, share of right ones.
+    /// Returns for each bin of confidence, ascending, the number of rows, the mean confidence and the fraction of right
+    /// answers (zeros for an empty bin). Only rows that models are fitted to count.
     #[must_use]
     pub fn reliability(&self) -> Vec<(usize, f64, f64)> {
         let mut bins = vec![(0usize, 0.0, 0.0); BINS];
@@ -100,21 +104,22 @@ impl<'a> Validation<'a> {
     }
 }
 
-/// Which parts each row reaches into, its own first: groups are dealt in the order of their names.
+/// Returns the parts that contain each row's groups, that of its first group first; groups are assigned in turn, in the
+/// order of their names.
 fn folds(rows: &[CalibrationRow]) -> Vec<Vec<usize>> {
     let mut groups: BTreeMap<&str, usize> = rows.iter().flat_map(|row| &row.groups).map(|g| (g.as_str(), 0)).collect();
     groups.values_mut().enumerate().for_each(|(i, fold)| *fold = i % FOLDS);
     rows.iter().map(|row| row.groups.iter().map(|group| groups[group.as_str()]).collect()).collect()
 }
 
-/// The answer to each row by the model of the other parts.
+/// Returns the answer for each row by a model fitted to rows that have no group in the part of the row's first group.
 fn unseen(rows: &[CalibrationRow], folds: &[Vec<usize>], verdict: &DenseVerdictConfig, ridge: f64) -> Vec<Answer> {
     let others = |fold: usize| rows.iter().zip(folds).filter(move |(_, of)| !of.contains(&fold)).map(|(row, _)| row);
     let models: Vec<Calibration> = (0..FOLDS).map(|fold| calibrated(others(fold), verdict, ridge)).collect();
     rows.iter().zip(folds).map(|(row, of)| row.answer(&models[of[0]], verdict)).collect()
 }
 
-/// Negative logarithm of the probability of what happened.
+/// Returns the negative logarithm of the probability of the outcomes.
 fn surprise(rows: &[CalibrationRow], answers: &[Answer]) -> f64 {
     let each = rows.iter().zip(answers).filter(|(row, _)| row.teaches()).map(|(_, answer)| {
         let p = answer.confidence.clamp(NEARLY_CERTAIN, 1.0 - NEARLY_CERTAIN);
@@ -165,7 +170,7 @@ mod tests {
         let verdict = DenseVerdictConfig::default();
         let validation = Validation::new(&rows, &verdict);
         for (n, p, right) in validation.reliability() {
-            // Four standard deviations of a share.
+            // Four standard deviations of a fraction.
             let deviation = (p * (1.0 - p) / n.max(1) as f64).sqrt();
             assert!(n < 100 || (p - right).abs() < 4.0 * deviation, "{n} {p} {right}");
         }
