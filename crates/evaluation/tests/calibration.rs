@@ -1,4 +1,4 @@
-//! What a row says the program would answer is what the program answers.
+//! The answer derived from a row is the one that the program gives.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use congruent_evaluation::calibration::{AttemptRow, CalibrationRow, Origin};
@@ -14,7 +14,7 @@ fn look(seed: u64, view_angle_deg: f64) -> (RawScan, RawScan) {
     (pair.source, pair.target)
 }
 
-/// The six sides of a box look alike.
+/// Two scans of a box, whose six sides look alike.
 fn boxes() -> (RawScan, RawScan) {
     let cuboid = shapes::cuboid([4.0, 3.0, 2.0]);
     let scan = |azimuth| VirtualScanner::orbit(&cuboid, azimuth, 0.5, 3.0, 150).scan(&cuboid, 1).cloud();

@@ -1,4 +1,4 @@
-//! One pair under measurement: each stage up to the matches is run once for all that ask for it.
+//! The stages of one pair up to the matches, each run once for all that need its result.
 
 use super::{MeasuredOn, Nuisance, Problem};
 use crate::GroundTruth;
@@ -9,12 +9,12 @@ use congruent_pipeline::stages::{self, Prepared};
 use congruent_pipeline::{Pair, PipelineConfig, SamplingConfig};
 use std::rc::Rc;
 
-/// Two scans, their truth, and what was made of them so far.
+/// Two scans, their truth, and the results of stages so far.
 pub(super) struct Bench<'a> {
     scans: Pair<&'a RawScan>,
     clean: Pair<Scan>,
     truth: RigidTransform,
-    /// On the scans as they came.
+    /// Measures errors on the scans as provided.
     judge: Rc<GroundTruth>,
     unspoilt: Shelf<PipelineConfig, Unspoilt>,
     grounds: Shelf<(PipelineConfig, Nuisance), Ground>,
@@ -22,30 +22,30 @@ pub(super) struct Bench<'a> {
     matches: Shelf<(PipelineConfig, Nuisance), Vec<Correspondence>>,
 }
 
-/// The pair as it came, prepared.
+/// The pair without nuisances, prepared.
 struct Unspoilt {
     surfaces: Pair<Surface>,
     raw_resolution: f64,
     resolution: f64,
-    /// Lengths stay those of the unspoilt pair: a nuisance changes the data, not the settings.
+    /// Lengths are those of the pair without nuisances: a nuisance changes the data, not the settings.
     config: PipelineConfig,
 }
 
-/// What keypoints are looked for on.
+/// The surfaces on which keypoints are detected.
 struct Ground {
     surfaces: Pair<Surface>,
-    /// From the centred target, which may be spoilt, to the centred clean one.
+    /// From the centred target, with its nuisance, to the centred target without.
     to_clean: RigidTransform,
 }
 
-/// Whose features.
+/// The scan that features belong to, with the nuisance that they depend on.
 #[derive(Clone, Copy, PartialEq)]
 enum Side {
     Source(Nuisance),
     Target(Nuisance),
 }
 
-/// A chain under a nuisance, run as far as its matches.
+/// The results of the chain under a nuisance, up to the matches.
 pub(super) struct Case {
     pub(super) surfaces: Pair<Surface>,
     pub(super) matches: Rc<Vec<Correspondence>>,
@@ -70,7 +70,8 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// The chain up to the matches; the target spoilt, the source and the settings as if it were not.
+    /// Runs the chain up to the matches, with a nuisance on the target; the source scan and the settings are those
+    /// without it. With a budget, the grid of both scans adapts to the points left.
     pub(super) fn case(
         &mut self,
         config: &PipelineConfig,
@@ -124,7 +125,8 @@ impl<'a> Bench<'a> {
             let spoilt = Scan::new(&nuisance.apply(scans.target, unspoilt.raw_resolution, config.seed))?;
             let offset = spoilt.origin() - clean.target.origin();
             let both = [&clean.source, &spoilt];
-            // A fixed grid treats each scan by itself, and the source is what it was; a budget is one for both.
+            // With a fixed grid each scan is sampled independently, so the source stays the same; a budget applies to
+            // both.
             let shared = matches!(config.sampling, SamplingConfig::Budget(_));
             let wanted = if shared { &both[..] } else { &both[1..] };
             let mut prepared = stages::prepare(wanted, &unspoilt.config, Some(unspoilt.resolution))?.surfaces;
@@ -162,24 +164,24 @@ fn described(surface: &Surface, config: &PipelineConfig, resolution: f64) -> Fea
     stages::describe(surface, &points, config, resolution)
 }
 
-/// What surfaces depend on; all else as by default.
+/// Returns the settings on which surfaces depend, with defaults for all others.
 fn up_to_surfaces(config: &PipelineConfig) -> PipelineConfig {
     let PipelineConfig { seed, sampling, normals, .. } = config.clone();
     PipelineConfig { seed, sampling, normals, ..PipelineConfig::default() }
 }
 
-/// What features depend on.
+/// Returns the settings on which features depend.
 fn up_to_features(config: &PipelineConfig) -> PipelineConfig {
     let PipelineConfig { detector, support, descriptor, .. } = config.clone();
     PipelineConfig { detector, support, descriptor, ..up_to_surfaces(config) }
 }
 
-/// What matches depend on.
+/// Returns the settings on which matches depend.
 pub(super) fn up_to_matches(config: &PipelineConfig) -> PipelineConfig {
     PipelineConfig { matcher: config.matcher.clone(), ..up_to_features(config) }
 }
 
-/// The same grid for any scan.
+/// Returns the settings with the side of the cells in data units, so that the grid is the same for any scan.
 fn with_fixed_leaf(config: &PipelineConfig, raw_resolution: f64) -> PipelineConfig {
     let mut config = config.clone();
     let leaf = match &mut config.sampling {
@@ -191,7 +193,7 @@ fn with_fixed_leaf(config: &PipelineConfig, raw_resolution: f64) -> PipelineConf
     config
 }
 
-/// Things made once for each key. Few keys: they are looked through one by one.
+/// Values made once for each key. There are few keys, so they are searched one by one.
 struct Shelf<K, V>(Vec<(K, Rc<V>)>);
 
 impl<K, V> Default for Shelf<K, V> {

@@ -1,36 +1,37 @@
-//! Where in a sweep a result belongs, and what it is.
+//! The cells of a sweep, and the result of one for one pair.
 
 use crate::InlierShare;
 use congruent_io::csv_line;
 use std::borrow::Cow;
 
-/// Where in the sweep a result belongs.
+/// The position of a result in the sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
-    /// Name of the change to the chain.
+    /// Name of the variant of the chain.
     pub variant: String,
-    /// Name of what the target was spoilt with.
+    /// Name of the nuisance on the target.
     pub nuisance: String,
-    /// Who proposed; empty where nothing was proposed.
+    /// Name of the estimator; empty if nothing was proposed.
     pub estimator: Cow<'static, str>,
-    /// How much of the stream was looked at.
+    /// Number of trials of the stream that count; zero if nothing was proposed.
     pub iterations: u64,
-    /// Who ranked; empty where nothing was ranked.
+    /// Name of the metric; empty if nothing was ranked.
     pub metric: Cow<'static, str>,
-    /// Inlier threshold, `pr` of the chain.
+    /// Inlier threshold, `pr` of the chain; zero if nothing was ranked.
     pub threshold_pr: f64,
 }
 
-/// What one cell says of one pair.
+/// The result of one cell for one pair.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
-    /// Which.
+    /// The cell.
     pub cell: Cell,
-    /// Of the best pose; nothing where there was none.
+    /// RMSE of the best pose, in `pr` of the points on which errors are measured; `None` if there is no pose or errors
+    /// were not measured.
     pub rmse_pr: Option<f64>,
-    /// Of the matches.
+    /// The true correspondences among the matches.
     pub share: InlierShare,
-    /// Time for one pose, microseconds, on one thread; nothing where that was not asked for.
+    /// Time for one pose, microseconds, on one thread; `None` if it was not measured.
     pub microseconds: Option<f64>,
 }
 
@@ -52,7 +53,8 @@ impl Measured {
         "microseconds",
     ];
 
-    /// One line of CSV, in the order of [`Measured::COLUMNS`]; `pair` is the data set, the source and the target.
+    /// Returns one line of CSV, in the order of [`Measured::COLUMNS`]; `pair` is the data set, the source and the
+    /// target.
     #[must_use]
     pub fn csv(&self, pair: [&str; 3]) -> String {
         let Measured { cell, rmse_pr, share, microseconds } = self;
@@ -89,7 +91,7 @@ mod tests {
         let measured = Measured { cell, rmse_pr: Some(1.25), share, microseconds: None };
         let line = measured.csv(["set", "a", "b"]);
         assert_eq!(line, "set,a,b,\"10 %, best\",none,RANSAC,1000,MSE,7.5,1.2500,12,3,");
-        // One comma is quoted.
+        // One comma is inside quotes.
         assert_eq!(line.matches(',').count() - 1, Measured::COLUMNS.len() - 1);
     }
 }

@@ -1,58 +1,58 @@
-//! What the paper claims, held against what was measured.
+//! The claims of the paper, compared with the measurements.
 //!
-//! Each claim is a statement on counts; whether it holds is computed for every data set by itself and for all pairs
-//! together. A yes or no says nothing about chance: the figures beside it and the number of pairs do.
+//! Each claim is a statement on counts; whether it holds is computed for every data set separately and for all pairs
+//! together. A yes or no does not show how much is due to chance; the figures beside it and the number of pairs do.
 
 use super::{Cell, Count};
 use std::fmt::Write;
 
-/// Metrics that the paper proposes, in its order.
+/// The metrics that the paper proposes, in its order.
 const PROPOSED: [&str; 6] = ["MAE", "MSE", "LOG-COSH", "EXP", "QUANTILE", "-QUANTILE"];
-/// Those that it calls the best.
+/// The metrics that the paper calls the best.
 const BEST: [&str; 3] = ["MAE", "MSE", "LOG-COSH"];
-/// The others.
+/// The other metrics that it proposes.
 const REST: [&str; 3] = ["EXP", "QUANTILE", "-QUANTILE"];
 const BASELINE: &str = "INLIER";
-/// Metrics over whole clouds.
+/// Metrics on whole clouds.
 const DENSE: [&str; 2] = ["PC Dist", "#OP"];
-/// The paper's setting, where nothing else is said.
+/// The paper's setting, unless a claim says otherwise.
 const THRESHOLD_PR: f64 = 7.5;
 const D_RMSE: f64 = 2.5;
 const ITERATIONS: u64 = 1000;
-/// "About the same", percentage points.
+/// Maximum difference that is "about the same", percentage points.
 const SPREAD: f64 = 2.0;
-/// "Flat", percentage points, for thresholds of `FLAT_FROM` to `FLAT_TO` `pr`.
+/// Maximum variation that is "flat", percentage points, for thresholds of `FLAT_FROM` to `FLAT_TO` `pr`.
 const FLAT: f64 = 5.0;
 const FLAT_FROM: f64 = 5.0;
 const FLAT_TO: f64 = 15.0;
-/// Dense metrics take at least so many times as long.
+/// Minimum factor by which dense metrics take longer.
 const SLOWER: f64 = 1000.0;
-/// What all data sets together are called.
+/// Name for all data sets together.
 const TOGETHER: &str = "all pairs";
 
 /// One claim on one data set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Claim {
-    /// What the paper says.
+    /// The claim of the paper.
     pub text: &'static str,
-    /// On which pairs it was looked at.
+    /// The data set, or all pairs together.
     pub dataset: String,
-    /// Whether it is so.
+    /// Whether it holds.
     pub holds: bool,
-    /// What was measured.
+    /// The measurements.
     pub figures: String,
 }
 
-/// What was measured on some pairs.
+/// The measurements on some pairs.
 pub struct Counts<'a> {
-    /// By the names of the experiments.
+    /// The counts of each experiment, with its name.
     pub experiments: &'a [(String, Vec<Count>)],
 }
 
-/// A statement on the counts of one data set: whether it holds and the figures; nothing where it was not measured.
+/// Evaluates a claim on the counts of one data set: whether it holds, and the figures; `None` if it was not measured.
 type Statement = fn(&[Count]) -> Option<(bool, String)>;
 
-/// The experiment that a claim is read from, the claim, and how it is read.
+/// The experiment whose counts are used, the claim, and its evaluation.
 const CLAIMS: [(&str, &str, Statement); 9] = [
     ("iterations", "every proposed metric is above INLIER at every number of iterations", above_baseline),
     ("estimators", "every proposed metric is above INLIER with every estimator", above_baseline),
@@ -65,7 +65,8 @@ const CLAIMS: [(&str, &str, Statement); 9] = [
     ("nuisances", "PC Dist is ahead of the proposed metrics under holes, and nowhere else", ahead_under_holes),
 ];
 
-/// Every claim that the experiments say something about, on every data set and on all pairs together.
+/// Evaluates every claim for which the experiments have counts, on every data set and, if there are several, on all
+/// pairs together.
 #[must_use]
 pub fn claims(counts: &Counts<'_>) -> Vec<Claim> {
     let mut claims = Vec::new();
@@ -80,7 +81,7 @@ pub fn claims(counts: &Counts<'_>) -> Vec<Claim> {
     claims
 }
 
-/// The claims as a table.
+/// Returns the claims as a Markdown table.
 #[must_use]
 pub fn claims_table(claims: &[Claim]) -> String {
     let mut text = "# What the paper claims, and what was measured\n\nAt d_rmse 2.5 pr, t 7.5 pr and 1000 iterations where nothing else is said; differences in percentage points.\n\n| claim | pairs | holds | figures |\n|---|---|---|---|\n".to_owned();
@@ -91,7 +92,7 @@ pub fn claims_table(claims: &[Claim]) -> String {
     text
 }
 
-/// The counts of each data set, and of all together where there are several.
+/// Returns the counts of each data set, and of all together if there are several.
 fn by_dataset(all: &[Count]) -> Vec<(String, Vec<Count>)> {
     let mut sets: Vec<(String, Vec<Count>)> = Vec::new();
     for count in all {
@@ -106,7 +107,7 @@ fn by_dataset(all: &[Count]) -> Vec<(String, Vec<Count>)> {
     sets
 }
 
-/// Cells added up over the data sets; of times, the mean over the pairs.
+/// Adds up the cells of all data sets; times are averaged over the pairs.
 fn together(all: &[Count]) -> Vec<Count> {
     let mut sums: Vec<Count> = Vec::new();
     for count in all {
@@ -124,12 +125,12 @@ fn together(all: &[Count]) -> Vec<Count> {
     sums
 }
 
-/// At the paper's bound.
+/// Returns the counts at the paper's bound.
 fn at_bound(counts: &[Count]) -> impl Iterator<Item = &Count> {
     counts.iter().filter(|count| count.d_rmse == D_RMSE)
 }
 
-/// The same case ranked by another metric.
+/// Finds the count of the same cell for another metric.
 fn ranked_by<'a>(counts: &'a [Count], like: &Count, metric: &str) -> Option<&'a Count> {
     let same = |other: &&Count| {
         other.cell.metric == metric
@@ -155,7 +156,7 @@ fn above_baseline(counts: &[Count]) -> Option<(bool, String)> {
     Some((least > 0.0, figures))
 }
 
-/// Accuracies at the paper's setting, percent.
+/// Returns the accuracies of some metrics at the paper's setting, percent; `None` if one was not measured.
 fn at_setting(counts: &[Count], metrics: &[&'static str]) -> Option<Vec<(f64, &'static str)>> {
     let of = |metric: &'static str| {
         let found = at_bound(counts).find(|count| {

@@ -1,4 +1,4 @@
-//! Figure 5: how many pairs have how many true matches.
+//! Figure 5: the number of pairs by their number and fraction of true matches.
 
 use super::Tally;
 use super::tally::Column;
@@ -7,14 +7,14 @@ use congruent_io::csv_line;
 
 /// Width of a bin of the inlier ratio, percent.
 const PERCENT_STEP: usize = 5;
-/// Where bins of the number of true matches begin. Fewer than three cannot make a pose.
+/// Lower bounds of the bins of the number of true matches. Fewer than three cannot determine a pose.
 const NUMBERS_FROM: [usize; 8] = [0, 3, 10, 20, 50, 100, 200, 500];
 
-/// What is put into bins.
+/// A quantity that is counted in bins.
 struct Quantity {
     name: &'static str,
     title: &'static str,
-    /// Where bins begin; the last one has no end.
+    /// Lower bounds of the bins; the last one has no upper bound.
     from: Vec<usize>,
     of: fn(&InlierShare) -> f64,
 }
@@ -37,7 +37,7 @@ fn quantities() -> [Quantity; 2] {
 }
 
 impl Quantity {
-    /// Pairs in each bin.
+    /// Returns the number of pairs in each bin.
     fn pairs(&self, column: &Column) -> Vec<usize> {
         let mut pairs = vec![0; self.from.len()];
         for measured in &column.results {
@@ -55,7 +55,7 @@ impl Quantity {
 }
 
 impl Tally {
-    /// A line for each bin.
+    /// Returns the histograms as CSV, one line for each bin.
     pub(super) fn histogram_csv(&self) -> String {
         let mut text = csv_line(["dataset", "variant", "nuisance", "quantity", "from", "below", "pairs"]) + "\n";
         for column in &self.columns {
@@ -72,7 +72,7 @@ impl Tally {
         text
     }
 
-    /// A table for each quantity; bins that no data set fills are left out.
+    /// Returns one Markdown table for each quantity; bins that are empty for all data sets are left out.
     pub(super) fn histogram_tables(&self) -> String {
         let mut text = String::new();
         for quantity in quantities() {

@@ -1,4 +1,4 @@
-//! What metrics and estimators are called in tables.
+//! Names of metrics and estimators in tables.
 
 use congruent_estimators::EstimatorConfig;
 use congruent_metrics::MetricConfig;
@@ -7,13 +7,15 @@ use serde::de::DeserializeOwned;
 use std::borrow::Cow;
 use toml::{Table, Value};
 
-/// The name of a metric, and what is not as it usually is but for the threshold, which the plan varies.
+/// Returns the name of a metric, with the settings that differ from their defaults, except the threshold, which the
+/// plan varies.
 #[must_use]
 pub(super) fn metric_label(metric: &MetricConfig) -> Cow<'static, str> {
     label(metric_name(metric), metric, "threshold")
 }
 
-/// The name of an estimator, and what is not as it usually is but for the number of iterations, which the plan varies.
+/// Returns the name of an estimator, with the settings that differ from their defaults, except the number of
+/// iterations, which the plan varies.
 #[must_use]
 pub(super) fn estimator_label(estimator: &EstimatorConfig) -> Cow<'static, str> {
     label(estimator_name(estimator), estimator, "iterations")
@@ -29,7 +31,7 @@ fn label<T: Serialize + DeserializeOwned>(name: &'static str, member: &T, varied
     format!("{name} ({})", settings.join(", ")).into()
 }
 
-/// Settings of a member that differ from those that it has where nothing is said.
+/// Returns the settings of a metric or estimator that differ from their defaults.
 pub(super) fn unusual<T: Serialize + DeserializeOwned>(member: &T) -> Table {
     let settings = |member: &T| -> Option<(String, Table)> {
         let table = Table::try_from(member).expect("settings can be written as TOML");
@@ -42,12 +44,12 @@ pub(super) fn unusual<T: Serialize + DeserializeOwned>(member: &T) -> Table {
     own.into_iter().filter(|(key, value)| usual.get(key) != Some(value)).collect()
 }
 
-/// Text without quotation marks.
+/// Formats a value, text without quotation marks.
 fn plain(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
 
-/// The paper's name of a metric, or ours where it has none.
+/// Returns the paper's name of a metric, or our own if it has none.
 fn metric_name(metric: &MetricConfig) -> &'static str {
     match metric {
         MetricConfig::InlierCount(_) => "INLIER",
@@ -67,7 +69,7 @@ fn metric_name(metric: &MetricConfig) -> &'static str {
     }
 }
 
-/// The paper's name of an estimator, or ours where it has none.
+/// Returns the paper's name of an estimator, or our own if it has none.
 fn estimator_name(estimator: &EstimatorConfig) -> &'static str {
     match estimator {
         EstimatorConfig::Ransac(_) => "RANSAC",

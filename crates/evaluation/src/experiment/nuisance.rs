@@ -1,4 +1,4 @@
-//! What a scan is spoilt with before anything else happens.
+//! Nuisances that are applied to a scan before the chain runs.
 
 use congruent_geometry::RawScan;
 use congruent_simulation::nuisances::{add_noise, add_strays, cut_holes, decimate_uniform, keep_random};
@@ -6,21 +6,22 @@ use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
 
-/// One level of one nuisance. Lengths are in resolutions of the unspoilt pair.
+/// One level of one nuisance. Lengths are in mean resolutions of the pair without nuisances, as provided.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Nuisance {
-    /// The scan as it is.
+    /// No nuisance.
     None {},
-    /// Independent normal noise on each coordinate, of this standard deviation in `pr`.
+    /// Adds independent normal noise to each coordinate; the standard deviation in `pr`.
     Noise(#[serde(deserialize_with = "congruent_geometry::numbers::not_negative")] f64),
-    /// Keep this share of the points, evenly in space.
+    /// Keeps this fraction of the points, evenly in space.
     KeepEvenly(#[serde(deserialize_with = "congruent_geometry::numbers::share")] f64),
-    /// Keep this share of the points, at random.
+    /// Keeps this fraction of the points, at random.
     KeepRandomly(#[serde(deserialize_with = "congruent_geometry::numbers::share")] f64),
-    /// Cut so many holes of 1 % of the points each: fewer than a hundred.
+    /// Cuts this many holes, fewer than a hundred, each of 1 % of the points and at least 20.
     Holes(#[serde(deserialize_with = "holes")] usize),
-    /// Add so many times as many points at random, in the bounding box and a little around it: at most a hundred times.
+    /// Adds this many times as many points at random, in the bounding box and a little around it; at most a hundred
+    /// times.
     Strays(#[serde(deserialize_with = "times")] f64),
 }
 
@@ -39,7 +40,7 @@ fn times<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
 }
 
 impl Nuisance {
-    /// The spoilt scan; `pr` in data units.
+    /// Returns the scan with the nuisance; `pr` in data units.
     #[must_use]
     pub fn apply(&self, scan: &RawScan, pr: f64, seed: u64) -> RawScan {
         match *self {

@@ -8,49 +8,49 @@ use congruent_metrics::MetricConfig;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// One table or figure. Every list is swept, all against all.
+/// One table or figure. Every combination of the values in the lists is measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Plan {
-    /// Of the result.
+    /// Title of the result.
     pub title: String,
-    /// How gaps of the paper were settled; printed with the result.
+    /// How gaps in the paper were filled; printed with the result.
     #[serde(default)]
     pub notes: Vec<String>,
     /// What is measured.
     #[serde(default)]
     pub shows: Shows,
-    /// What the rows of the table are.
+    /// What the rows of the table are …
     #[serde(default = "rows")]
     pub rows: Axis,
-    /// What its columns are. Whatever else varies makes more tables.
+    /// … and its columns. For each combination of all else that varies there is one table.
     #[serde(default = "columns")]
     pub columns: Axis,
     /// Changes to the chain before the estimator.
     #[serde(default = "unchanged")]
     pub variants: Vec<Variant>,
-    /// What the target is spoilt with.
+    /// Nuisances on the target.
     #[serde(default = "unspoilt")]
     pub nuisances: Vec<Nuisance>,
-    /// Each proposes its own stream of poses.
+    /// Estimators, each of which proposes its own stream of poses.
     #[serde(default = "plain")]
     pub estimators: Vec<EstimatorConfig>,
-    /// All rank the same stream.
+    /// Metrics, all of which rank the same stream.
     #[serde(default)]
     pub metrics: Vec<MetricConfig>,
     /// Thresholds of all metrics, in `pr` of the chain.
     #[serde(default = "paper_threshold", deserialize_with = "numbers::all_positive")]
     pub thresholds_pr: Vec<f64>,
-    /// How much of the stream is looked at.
+    /// Numbers of trials, from the beginning of the stream, among which the best pose is chosen.
     #[serde(default = "paper_iterations")]
     pub iterations: Vec<u64>,
     /// Bounds at which a pose counts as right, in `pr` of `measured-on`.
     #[serde(default = "paper_bound", deserialize_with = "numbers::all_positive")]
     pub d_rmse: Vec<f64>,
-    /// Which points errors are measured on, and whose resolution is their `pr`.
+    /// The points on which errors are measured; their resolution is the `pr` of the errors.
     #[serde(default)]
     pub measured_on: MeasuredOn,
-    /// Compare every metric with this one by McNemar's exact test.
+    /// Name of a metric with which every other one is compared by McNemar's exact test.
     #[serde(default)]
     pub baseline: Option<String>,
 }
@@ -62,57 +62,57 @@ pub enum Shows {
     /// How often the best pose is right.
     #[default]
     Accuracy,
-    /// How many matches are true, and which share of them; nothing is proposed.
+    /// How many matches are true, and which fraction of them; nothing is proposed.
     Inliers,
     /// How long a metric takes for one pose; nothing is ranked.
     Time,
 }
 
-/// A change to the configuration, as `--set` takes it.
+/// A change to the configuration, in the form that `--set` takes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Variant {
-    /// What the tables call it.
+    /// Name of the variant in tables.
     pub name: String,
-    /// `key=value`, applied in order.
+    /// Settings as `key=value`, applied in order.
     pub set: Vec<String>,
 }
 
-/// Which points errors are measured on.
+/// The points on which errors are measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MeasuredOn {
-    /// The scans as they came, as `congruent evaluate` does.
+    /// The scans as provided, as in `congruent evaluate`.
     #[default]
     Scans,
-    /// The sampled clouds, as the paper's authors do; their `pr` is larger.
+    /// The sampled clouds, as in the work of the paper's authors; their `pr` is larger.
     Sampled,
 }
 
-/// Something that varies.
+/// A quantity that varies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Axis {
-    /// Where the pairs come from.
+    /// The data set.
     Dataset,
-    /// Changes to the chain.
+    /// The variant of the chain.
     Variant,
-    /// What the target is spoilt with.
+    /// The nuisance on the target.
     Nuisance,
-    /// Who proposes.
+    /// The estimator.
     Estimator,
-    /// Who ranks.
+    /// The metric.
     Metric,
     /// The inlier threshold, `pr`.
     Threshold,
-    /// How much of the stream is looked at.
+    /// The number of trials that count.
     Iterations,
-    /// The bound of a right pose, `pr`.
+    /// The bound below which a pose is right, `pr`.
     DRmse,
 }
 
 impl Axis {
-    /// All of them.
+    /// All axes.
     pub const ALL: [Axis; 8] = [
         Axis::Dataset,
         Axis::Variant,
@@ -124,7 +124,7 @@ impl Axis {
         Axis::DRmse,
     ];
 
-    /// Its name in tables.
+    /// Returns the name of the axis in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -173,7 +173,8 @@ fn paper_bound() -> Vec<f64> {
 }
 
 impl Plan {
-    /// What the plan says twice, or says and does not mean; nothing for a plan that can be run.
+    /// Returns what is wrong with the plan: a name listed twice, a setting without effect, or a baseline that is not
+    /// among the metrics; `None` for a plan that can be run.
     #[must_use]
     pub fn contradiction(&self) -> Option<String> {
         let metrics: Vec<Cow<'_, str>> = self.metrics.iter().map(metric_label).collect();
@@ -195,12 +196,12 @@ impl Plan {
     }
 }
 
-/// The first that stands after an equal one.
+/// Returns the first name that equals an earlier one.
 fn repeated<'a>(names: &'a [Cow<'a, str>]) -> Option<&'a str> {
     (1..names.len()).find(|&at| names[..at].contains(&names[at])).map(|at| &*names[at])
 }
 
-/// The same metric at another threshold.
+/// Returns the same metric with another threshold.
 pub(crate) fn at_threshold(metric: &MetricConfig, threshold_pr: f64) -> MetricConfig {
     let mut metric = metric.clone();
     let place = match &mut metric {
@@ -221,7 +222,7 @@ pub(crate) fn at_threshold(metric: &MetricConfig, threshold_pr: f64) -> MetricCo
     metric
 }
 
-/// The same estimator with another budget, where it has one.
+/// Returns the same estimator with another number of iterations, if it has that setting.
 pub(crate) fn with_iterations(estimator: &EstimatorConfig, iterations: u64) -> EstimatorConfig {
     let mut estimator = estimator.clone();
     match &mut estimator {

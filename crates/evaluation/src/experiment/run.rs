@@ -1,4 +1,4 @@
-//! All cells of experiments for one pair.
+//! Measures all cells of experiments for one pair.
 
 use super::bench::{Bench, Case, up_to_matches};
 use super::labels::{estimator_label, metric_label};
@@ -13,20 +13,20 @@ use std::borrow::Cow;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// True correspondences are counted within this distance, `pr` of the chain.
+/// Correspondences with a residual of at most this under the true pose are true, `pr` of the chain.
 const INLIER_WITHIN_PR: f64 = 5.0;
-/// Poses that a metric is timed on.
+/// Number of poses on which a metric is timed …
 const TIMED_POSES: usize = 100;
-/// Of a metric that takes longer for one pose than this, microseconds, …
+/// … unless it takes longer than this for one pose, microseconds; …
 const SLOW: f64 = 1000.0;
-/// … fewer poses do.
+/// … then this number.
 const TIMED_POSES_IF_SLOW: usize = 10;
-/// How often; the fastest round counts.
+/// Number of rounds; the fastest counts.
 const TIMED_ROUNDS: usize = 5;
 
-/// A plan, and its variants as configurations.
+/// A plan, with its variants as configurations.
 pub struct Request<'a> {
-    /// What is swept.
+    /// The plan.
     pub plan: &'a Plan,
     /// Name and configuration of each of the plan's variants, in its order.
     pub variants: &'a [(String, PipelineConfig)],
@@ -49,12 +49,12 @@ pub enum Problem {
     },
 }
 
-/// All that the plans sweep, for each plan. Each stage is run once for all plans that need it, and all metrics,
-/// thresholds and budgets that look at the poses of one estimator on the same matches look at the same poses, which are
-/// proposed once.
+/// Measures all cells of each plan; returns one list for each plan, in its order. Each stage is run once for all plans
+/// that need it. The poses of an estimator on the same matches are proposed once, for all metrics, thresholds and
+/// numbers of trials that use them.
 ///
 /// # Errors
-/// The pair cannot be used or judged.
+/// A scan cannot be used or sampled, or the pair is not evaluable.
 pub fn run_pair(
     requests: &[Request<'_>],
     scans: Pair<&RawScan>,
@@ -78,7 +78,7 @@ pub fn run_pair(
 }
 
 impl Request<'_> {
-    /// What has to be proposed and ranked, in the plan's order.
+    /// Returns the streams that have to be proposed and ranked, in the plan's order.
     fn streams(&self) -> Vec<Stream> {
         let plan = self.plan;
         let mut streams = Vec::new();
@@ -104,7 +104,7 @@ impl Request<'_> {
         streams
     }
 
-    /// What the plan asked for, in its order.
+    /// Collects the results of the plan, in its order.
     fn collect(&self, streams: &[Stream]) -> Vec<Measured> {
         let (plan, mut measured) = (self.plan, Vec::new());
         let names = self.variants.iter().flat_map(|(name, _)| {
@@ -139,7 +139,7 @@ impl Request<'_> {
 }
 
 impl Plan {
-    /// Every metric at every threshold.
+    /// Returns every metric at every threshold.
     fn ranks(&self) -> Vec<Rank> {
         let thresholds = &self.thresholds_pr;
         let at = |metric| {
@@ -158,17 +158,17 @@ struct Rank {
     metric: MetricConfig,
 }
 
-/// What a rank's best poses are worth.
+/// The results of one ranking.
 struct Found {
     rank: Rank,
-    /// For each number of iterations.
+    /// RMSE of the best pose for each number of trials.
     rmse_pr: Vec<(u64, Option<f64>)>,
     microseconds: Option<f64>,
 }
 
-/// The poses of one estimator on one set of matches, and all who look at them.
+/// The poses of one estimator on one set of matches, and all rankings of them.
 struct Stream {
-    /// What the estimator is called.
+    /// Name of the estimator.
     estimator: Cow<'static, str>,
     config: PipelineConfig,
     nuisance: Nuisance,
@@ -181,14 +181,14 @@ struct Stream {
 }
 
 impl Stream {
-    /// Whether the poses are the same ones. The number of iterations is part of the estimator: a metric that nobody wants
-    /// at many iterations is not to look at all of them.
+    /// Returns whether the poses are the same. The number of iterations is part of the estimator, so that a metric that
+    /// is wanted only for few iterations does not score the poses of many.
     fn is_same(&self, other: &Stream) -> bool {
         let key = |s: &Stream| (s.config.estimator.clone(), s.config.frame.clone(), s.nuisance, s.measured_on, s.shows);
         key(self) == key(other) && up_to_matches(&self.config) == up_to_matches(&other.config)
     }
 
-    /// Adds who else looks at the poses.
+    /// Adds the rankings and the numbers of trials that another request wants.
     fn also(&mut self, other: Stream) {
         let new_ranks = other.wanted.into_iter().filter(|rank| !self.wanted.contains(rank)).collect::<Vec<_>>();
         self.wanted.extend(new_ranks);
@@ -248,12 +248,12 @@ impl Stream {
     }
 }
 
-/// The best pose among the first trials.
+/// Returns the best pose among the first trials.
 fn best(ranked: &[Hypothesis], iterations: u64) -> Option<RigidTransform> {
     ranked.iter().find(|h| h.trial < iterations).map(|h| h.target_from_source)
 }
 
-/// Mean time for one pose in the fastest round, microseconds; nothing for no poses.
+/// Returns the mean time for one pose in the fastest round, microseconds; `None` for no poses.
 fn time_of(metric: &dyn Metric, poses: &[RigidTransform], evidence: &Evidence) -> Option<f64> {
     let round = |poses: &[RigidTransform]| {
         let start = Instant::now();
@@ -264,7 +264,8 @@ fn time_of(metric: &dyn Metric, poses: &[RigidTransform], evidence: &Evidence) -
     };
     let slow = round(poses.get(..1)?) > SLOW;
     let poses = if slow { &poses[..TIMED_POSES_IF_SLOW.min(poses.len())] } else { poses };
-    // A round of a fast metric is shorter than an interruption by another process.
+    // Several rounds: one of a fast metric is shorter than an interruption by another process, so the fastest is
+    // undisturbed.
     Some((0..TIMED_ROUNDS).map(|_| round(poses)).fold(f64::INFINITY, f64::min))
 }
 

@@ -1,4 +1,4 @@
-//! What an experiment measured, as Markdown.
+//! The results of an experiment as Markdown.
 
 use super::tally::is_right;
 use super::{Axis, Cell, Count, MeasuredOn, Plan, Shows, Tally};
@@ -6,7 +6,7 @@ use crate::statistics::{mcnemar, median, p_text, wilson};
 use std::fmt::Write;
 
 impl Tally {
-    /// The title, the notes and the tables.
+    /// Returns the title, the notes and the tables.
     #[must_use]
     pub fn markdown(&self, plan: &Plan) -> String {
         let sets: Vec<String> = self.datasets.iter().map(|(name, pairs)| format!("{pairs} pairs of {name}")).collect();
@@ -41,7 +41,7 @@ impl Tally {
         text
     }
 
-    /// Median share of true matches, for each set of matches.
+    /// Returns the median inlier ratio and number of inliers for each set of matches.
     fn inlier_table(&self) -> String {
         let mut text = "\n## True matches (within 5 pr of the chain)\n\n| data set | matches of | median ratio | median count |\n|---|---|---:|---:|\n".to_owned();
         let mut seen = Vec::new();
@@ -77,7 +77,7 @@ impl Tally {
         text
     }
 
-    /// Every metric against the baseline with the same of all else.
+    /// Compares every metric with the baseline, all else being equal.
     fn baseline_table(&self, plan: &Plan, counts: &[Count], baseline: &str) -> String {
         let mut text = format!(
             "\n## Against {baseline} (McNemar's exact test, two-sided)\n\n| case | metric | alone right | {baseline} alone right | p |\n|---|---|---:|---:|---:|\n"
@@ -109,7 +109,7 @@ fn half_width(pairs: usize) -> String {
     format!("{:.0} points to each side", 50.0 * (high - low))
 }
 
-/// The axes that have more than one value, of those that may.
+/// Returns those of the permitted axes that have more than one value.
 fn varying(counts: &[Count], may: impl Fn(Axis) -> bool) -> Vec<Axis> {
     let varies = |axis: &Axis| counts.iter().any(|count| count.value(*axis) != counts[0].value(*axis));
     Axis::ALL.into_iter().filter(|axis| may(*axis)).filter(varies).collect()
@@ -119,7 +119,7 @@ fn named(count: &Count, axes: &[Axis]) -> String {
     axes.iter().map(|axis| format!("{} {}", axis.name(), count.value(*axis))).collect::<Vec<_>>().join(", ")
 }
 
-/// One table of rows against columns for each combination of all else that varies.
+/// Formats one table of rows against columns for each combination of all else that varies.
 fn pivot(plan: &Plan, counts: &[Count], shown: &dyn Fn(&Count) -> String) -> String {
     let others = varying(counts, |axis| axis != plan.rows && axis != plan.columns);
     let mut text = String::new();
@@ -140,7 +140,7 @@ fn pivot(plan: &Plan, counts: &[Count], shown: &dyn Fn(&Count) -> String) -> Str
     text
 }
 
-/// Each value once, in the order of its first appearance.
+/// Returns each value once, in the order of first appearance.
 fn distinct(values: impl Iterator<Item = String>) -> Vec<String> {
     let mut seen = Vec::new();
     for value in values {
@@ -164,7 +164,7 @@ mod tests {
         assert!(text.contains("### estimator RANSAC\n\n| metric \\ d_rmse (pr) | 1 | 2.5 |"), "{text}");
         assert!(text.contains("| MSE | 50.0 | 75.0 |\n| INLIER | 0.0 | 50.0 |\n"), "{text}");
         assert!(text.contains("| set | v, none | 25.0 % | 1 |"), "{text}");
-        // At 2.5 pr: two pairs that MSE alone solves, one that INLIER alone solves.
+        // At 2.5 pr: two pairs that only MSE solves, one that only INLIER solves.
         assert!(text.contains("| estimator 2SAC-GC, d_rmse (pr) 2.5 | MSE | 2 | 1 | 1.0000 |"), "{text}");
     }
 

@@ -1,4 +1,4 @@
-//! Results of all pairs, counted.
+//! The results of all pairs, counted.
 
 use super::{Axis, Cell, Measured, Plan, Shows};
 use crate::InlierShare;
@@ -6,20 +6,20 @@ use crate::statistics::wilson;
 use congruent_io::csv_line;
 use std::collections::HashMap;
 
-/// All that an experiment measured, a column a cell of a data set.
+/// All results of an experiment, one column for each cell of each data set.
 #[derive(Default)]
 pub struct Tally {
     pub(super) columns: Vec<Column>,
     places: HashMap<String, usize>,
-    /// With the number of pairs of each, in the order of their first pair.
+    /// Names and numbers of pairs, in the order of their first pair.
     pub(super) datasets: Vec<(String, usize)>,
 }
 
-/// A cell of a data set.
+/// One cell of a data set.
 pub(super) struct Column {
     pub(super) dataset: String,
     pub(super) cell: Cell,
-    /// What each pair gave.
+    /// The result of each pair.
     pub(super) results: Vec<Measured>,
 }
 
@@ -33,31 +33,31 @@ impl Column {
     }
 }
 
-/// What all pairs of a data set came to in one cell, at one bound of a right pose.
+/// The result of all pairs of a data set in one cell, at one bound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Count {
-    /// Where the pairs come from.
+    /// Name of the data set.
     pub dataset: String,
-    /// What was measured.
+    /// The cell.
     pub cell: Cell,
-    /// Bound of a right pose, `pr`.
+    /// Bound below which a pose is right, `pr` of the points on which errors are measured.
     pub d_rmse: f64,
-    /// Pairs below it.
+    /// Number of pairs below it.
     pub right: usize,
-    /// All pairs.
+    /// Number of all pairs.
     pub total: usize,
-    /// Mean time for one pose, where it was measured.
+    /// Mean time for one pose, microseconds; `None` if it was not measured.
     pub microseconds: Option<f64>,
 }
 
 impl Count {
-    /// Share of right poses, percent; zero for no pairs.
+    /// Returns the percentage of right poses; zero for no pairs.
     #[must_use]
     pub fn percent(&self) -> f64 {
         100.0 * self.right as f64 / self.total.max(1) as f64
     }
 
-    /// Where it stands on an axis, as tables write it.
+    /// Returns the value on an axis, as tables show it.
     #[must_use]
     pub fn value(&self, axis: Axis) -> String {
         match axis {
@@ -74,7 +74,7 @@ impl Count {
 }
 
 impl Tally {
-    /// Adds what one pair of a data set gave: every cell once.
+    /// Adds the results of one pair of a data set: every cell once.
     pub fn add(&mut self, dataset: &str, measured: Vec<Measured>) {
         match self.datasets.iter_mut().find(|(name, _)| name == dataset) {
             Some((_, pairs)) => *pairs += 1,
@@ -91,13 +91,14 @@ impl Tally {
         }
     }
 
-    /// How many pairs there were in all data sets.
+    /// Returns the number of pairs in all data sets.
     #[must_use]
     pub fn pairs(&self) -> usize {
         self.datasets.iter().map(|(_, pairs)| pairs).sum()
     }
 
-    /// The matches of all pairs, for each data set and each change to it; that one is named where there are several.
+    /// Returns the inlier counts of all pairs, for each data set and each change to it; the change is part of the name
+    /// if there are several.
     #[must_use]
     pub fn shares(&self) -> Vec<(String, Vec<InlierShare>)> {
         let mut shares: Vec<(&Column, Vec<InlierShare>)> = Vec::new();
@@ -114,7 +115,7 @@ impl Tally {
         shares.into_iter().map(|(column, shares)| (name(column), shares)).collect()
     }
 
-    /// Every cell at every bound.
+    /// Returns the count of every cell at every bound of the plan.
     #[must_use]
     pub fn counts(&self, plan: &Plan) -> Vec<Count> {
         let of = |column: &Column, d_rmse: f64| Count {
@@ -128,7 +129,7 @@ impl Tally {
         self.columns.iter().flat_map(|column| plan.d_rmse.iter().map(move |&d_rmse| of(column, d_rmse))).collect()
     }
 
-    /// One line for each cell and bound; of an experiment on time, one for each cell; on inliers, one for each bin.
+    /// Returns the results as CSV: one line for each cell and bound, or for each bin if the experiment is on inliers.
     #[must_use]
     pub fn csv(&self, plan: &Plan) -> String {
         match plan.shows {

@@ -1,4 +1,4 @@
-//! Claims on invented counts.
+//! Tests of the claims on invented counts.
 
 use super::*;
 
@@ -14,7 +14,7 @@ fn count(dataset: &str, metric: &'static str, right: usize) -> Count {
     Count { dataset: dataset.to_owned(), cell, d_rmse: D_RMSE, right, total: 100, microseconds: None }
 }
 
-/// What is said of a claim that begins so.
+/// Evaluates the claims that begin with the given text.
 fn said(experiment: &str, counts: Vec<Count>, beginning: &str) -> Vec<(String, bool, String)> {
     let experiments = [(experiment.to_owned(), counts)];
     let all = claims(&Counts { experiments: &experiments });
@@ -43,7 +43,7 @@ fn above_the_inlier_count_means_in_every_single_case() {
     assert!(holds && figures.starts_with("above in 2 of 2 cases, on average by +6.0; least +2.0: MSE"), "{figures}");
     let (holds, figures) = one("iterations", [at(200, 30, 20), at(400, 31, 31)].concat(), "every proposed");
     assert!(!holds && figures.contains("above in 1 of 2"), "{figures}");
-    // Another bound of a right pose is not looked at.
+    // Counts at other bounds are ignored.
     let mut counts = at(200, 30, 20).to_vec();
     counts.extend(at(200, 1, 90).map(|c| Count { d_rmse: 0.5, ..c }));
     assert!(one("iterations", counts, "every proposed").0);
@@ -61,7 +61,7 @@ fn the_best_three_are_alike_and_above_the_rest() {
     assert!(alike(counts(30, 32, 31, 25)) && above(counts(30, 32, 31, 25)));
     assert!(!alike(counts(30, 33, 31, 25)) && above(counts(30, 33, 31, 25)));
     assert!(!above(counts(30, 32, 31, 30)));
-    // A metric that was not run is no claim at all.
+    // If a metric was not run, there is no claim.
     assert!(said("metrics", counts(30, 32, 31, 25)[1..].to_vec(), "MAE").is_empty());
 }
 

@@ -1,4 +1,4 @@
-//! Experiments on a simulated pair.
+//! Tests of experiments on a simulated pair.
 
 use super::*;
 use crate::experiment::Axis;
@@ -53,7 +53,7 @@ fn every_cell_is_measured_and_many_hypotheses_beat_one() {
         });
         found.unwrap().clone()
     };
-    // Also under noise, where the target's middle is another one.
+    // Also under noise, where the centre of the target is a different one.
     for nuisance in ["none", "noise 0.2 pr"] {
         let (one, all) = (mse(nuisance, 1), mse(nuisance, 1000));
         assert!(all.rmse_pr.unwrap() < 5.0 && all.share.ratio() > 0.1, "{nuisance}: {all:?}");
