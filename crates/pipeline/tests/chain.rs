@@ -1,4 +1,4 @@
-//! The whole chain on simulated scans: right where it can be, honest where it cannot, and the same every time.
+//! The whole chain on simulated scans: right if possible, a reasoned failure otherwise, and always the same result.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use congruent_descriptors::{DescriptorConfig, LfshConfig, ShotConfig, SpinImageConfig};
@@ -22,10 +22,10 @@ use congruent_simulation::scanner::{RangeNoise, VirtualScanner};
 use congruent_simulation::shapes;
 use nalgebra::{Point3, Translation3, Vector3};
 
-/// How far off a pose may be that three keypoints make and nothing refines, pr.
+/// Maximum error of a pose from three keypoints without refinement, pr.
 const ROUGHLY: f64 = 6.0;
 
-/// The paper's chain; iterations are few, the simulated pair is easy.
+/// The paper's chain with few iterations: the simulated pair is easy.
 fn paper() -> PipelineConfig {
     PipelineConfig {
         sampling: SamplingConfig::VoxelGrid(VoxelGridConfig::default()),
@@ -66,7 +66,8 @@ fn run(source: &RawScan, target: &RawScan, config: &PipelineConfig) -> Registrat
     register(&Scan::new(source).unwrap(), &Scan::new(target).unwrap(), config)
 }
 
-/// Mean distance between where the answer and where the truth puts the source, in resolutions of the source.
+/// Mean distance between the positions of the source under the answer and under the truth, in resolutions of the
+/// source.
 fn error_pr(answer: &RigidTransform, truth: &RigidTransform, source: &RawScan) -> f64 {
     let scan = Scan::new(source).unwrap();
     let pr = resolution(scan.points(), &NeighborIndex::new(scan.points())).unwrap().mean;
@@ -108,7 +109,7 @@ fn many_strays_are_left_out_and_a_scan_without_any_stays_as_it_is() {
     }
 }
 
-/// The attempt on few points is the one that is believed, and the pose is as good as what many points show.
+/// The attempt on few points is the one that is accepted, and the pose is as accurate as many points allow.
 #[test]
 fn noise_is_averaged_out_on_few_points() {
     let pair = pair(40.0);
@@ -128,8 +129,8 @@ fn noise_is_averaged_out_on_few_points() {
     assert_ne!(run(&source, &target, &without).verdict, Verdict::Ok, "few points are not needed here");
 }
 
-/// A closed model has no viewpoint that its normals could be turned to. The first attempt gets their side right, so the
-/// last one, which turns them, is not waited for.
+/// A closed model has no viewpoint to which its normals could be turned. The first attempt gets their side right, so
+/// the last step, which turns them, is not needed.
 #[test]
 fn a_whole_model_is_found_in_a_scan() {
     let config = PipelineConfig { escalation: Vec::new(), ..PipelineConfig::default() };
@@ -147,7 +148,8 @@ fn a_whole_model_is_found_in_a_scan() {
     }
 }
 
-/// In an image of several objects on a table, a wrong pose may touch more than the right one, which is believed more.
+/// In an image of several objects on a table, a wrong pose may touch more than the right one, which has a higher
+/// confidence.
 #[test]
 fn what_is_believed_most_wins_over_what_touches_most() {
     let group = Benchmark::new(Kind::Bod5, 11).group(7);
@@ -206,7 +208,7 @@ fn every_detector_and_descriptor_registers_the_simulated_pair() {
         };
         let found = run(&pair.source, &pair.target, &config);
         let error = error_pr(&pose(&found), &pair.target_from_source, &pair.source);
-        // Spin images and LFSH say little; that the pose is found at all is what counts here.
+        // Spin images and LFSH discriminate little; it is enough that the pose is found at all.
         assert!(error < 8.0, "{detector:?}, {descriptor:?}: {error:.2} pr, {} inliers", found.counts.inliers);
     }
 }
@@ -232,7 +234,7 @@ fn the_order_of_the_points_does_not_matter() {
         let plain = run(&pair.source, &pair.target, &config);
         let mixed = run(&permuted(&pair.source, 5), &permuted(&pair.target, 6), &config);
         let difference = error_pr(&pose(&mixed), &pose(&plain), &pair.source);
-        // The resolution is a mean over the points in their order, whose last bits may differ.
+        // The resolution is a mean over the points in their order, so its last bits may differ.
         assert!(difference < 0.05, "{name}: {difference} pr");
     }
 }
@@ -246,8 +248,8 @@ fn units_do_not_matter() {
             let found = pose(&run(&scaled(&pair.source, factor), &scaled(&pair.target, factor), &config));
             let back =
                 RigidTransform::from_parts(Translation3::from(found.translation.vector / factor), found.rotation);
-            // Rounding moves a few points over a cell's border; the paper's chain then draws other samples, and finds another
-            // pose that is roughly right.
+            // Rounding moves a few points across the border of a cell; the paper's chain then draws other samples, and
+            // finds another pose that is roughly right.
             let draws_anew = name == "paper" && factor != 1024.0;
             let (expected, bound) = if draws_anew { (&pair.target_from_source, ROUGHLY) } else { (&plain, 0.1) };
             let difference = error_pr(&back, expected, &pair.source);
@@ -286,7 +288,7 @@ fn any_motion_of_the_scans_comes_back() {
     }
 }
 
-/// A noisy range scan of a mesh from two sides.
+/// Noisy range scans of a mesh from two sides.
 fn two_looks(mesh: &congruent_simulation::Mesh) -> (RawScan, RawScan) {
     let look = |azimuth: f64, seed: u64| {
         let scanner = VirtualScanner::orbit(mesh, azimuth, 0.4, 3.0, 120);
@@ -330,7 +332,7 @@ fn a_box_fits_in_more_than_one_way() {
     let found = run(&source, &target, &PipelineConfig::default());
     assert_eq!(found.verdict, Verdict::Ambiguous, "{found:?}");
     assert!(!found.alternatives.is_empty());
-    // Who has a guess has said which way.
+    // An initial guess determines which of the poses is meant.
     let scans = [&source, &target].map(|scan| Scan::new(scan).unwrap());
     let guess = Prior::guess(RigidTransform::identity());
     let scans = Pair { source: &scans[0], target: &scans[1] };
@@ -338,7 +340,7 @@ fn a_box_fits_in_more_than_one_way() {
     assert_eq!(refined.verdict, Verdict::Ok, "{refined:?}");
 }
 
-/// A relief that is nearly its own image when it is laid on its face, under noise from all directions.
+/// A relief that is nearly its own image when turned face down, with noise in all directions.
 fn noisy_relief(stream: &mut Stream, noise: f64) -> RawScan {
     let bump =
         |x: f64, y: f64, at: [f64; 2], narrow: f64| (-narrow * ((x - at[0]).powi(2) + (y - at[1]).powi(2))).exp();
@@ -364,7 +366,7 @@ fn an_unsure_side_is_heard_before_a_pose_is_believed() {
     assert!(error < 2.5, "{error}");
 }
 
-/// Three walls of one box lie on those of another, with next to no distance between them.
+/// Three walls of one box fit those of another, with almost no distance between them.
 #[test]
 fn corners_of_different_boxes_are_not_the_same() {
     let corner = |size: [f64; 3], seed: u64| {

@@ -1,4 +1,5 @@
-//! What a prior changes: guesses compete, bounds hold, levelled scans stay level, and a start can be refined alone.
+//! The effects of a prior: guesses compete, bounds hold, levelled scans stay level, and a start can be refined without
+//! a search.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use congruent_geometry::{Length, RawScan, RigidTransform, Scan, angle_between, mean_displacement};
@@ -13,7 +14,7 @@ fn run(source: &RawScan, target: &RawScan, prior: &Prior) -> Registration {
     run_with(source, target, prior, &PipelineConfig::default())
 }
 
-/// What nobody believes is not tried again and again.
+/// Without the escalation, for pairs that no attempt would register.
 fn run_once(source: &RawScan, target: &RawScan, prior: &Prior) -> Registration {
     run_with(source, target, prior, &PipelineConfig { escalation: Vec::new(), ..PipelineConfig::default() })
 }
@@ -33,7 +34,7 @@ fn figurine() -> ScanPair {
     figurine_pair(&PairOptions { pixels: 150, noise: RangeNoise::gaussian(0.05), ..PairOptions::default() })
 }
 
-/// A motion in the target's frame that moves what is there by a few units.
+/// A motion in the target's frame that moves points there by a few units.
 fn nudge() -> RigidTransform {
     RigidTransform::new(Vector3::new(2.0, -1.0, 1.5), Vector3::new(0.01, 0.0, -0.01))
 }
@@ -45,7 +46,7 @@ fn error(found: &Registration, truth: &RigidTransform, source: &RawScan) -> f64 
         / found.raw_resolution
 }
 
-/// A box, scanned from all around.
+/// A box, scanned from all sides.
 fn cuboid(seed: u64) -> RawScan {
     let mesh = shapes::cuboid(Vector3::new(60.0, 40.0, 25.0).into());
     let looks = [0.3, 2.4, 4.5].iter().flat_map(|&azimuth| {
@@ -62,7 +63,7 @@ fn cuboid(seed: u64) -> RawScan {
 fn a_guess_tells_the_sides_of_a_box_apart() {
     let (source, target) = (cuboid(1), cuboid(2));
     assert_eq!(run(&source, &target, &Prior::default()).verdict, Verdict::Ambiguous);
-    // Either of two poses that fit equally well is the answer where the guess is near it.
+    // Each of two poses that fit equally well is the answer if the guess is near it.
     for turn in [0.0, std::f64::consts::PI] {
         let truth = RigidTransform::rotation(Vector3::z() * turn);
         let rough = RigidTransform::new(Vector3::new(2.0, 1.0, -1.0), Vector3::new(0.03, -0.05, 0.08)) * truth;
@@ -109,7 +110,7 @@ fn a_rough_pose_is_refined_and_a_wrong_one_is_not_believed() {
     assert!(matches!(far.verdict, Verdict::Failed(_)) && far.uncertainty.is_none());
 }
 
-/// A room, looked at all round from one place by a level scanner that is turned by `yaw`, in the scanner's frame.
+/// A room scanned all round from one place by a level scanner, which is turned by `yaw`; in the scanner's frame.
 fn level_scan(place: Vector3<f64>, yaw: f64, seed: u64) -> (RawScan, RigidTransform) {
     let mesh = shapes::room(3);
     let looks = (0..4).flat_map(|i| {
@@ -141,7 +142,7 @@ fn levelled_scans_of_a_room_are_turned_about_up_alone() {
     let off = error(&found, &truth, &source);
     assert!(found.verdict == Verdict::Ok && off < 1.0, "{off} {:?}", found.verdict);
     assert!((found.target_from_source.unwrap().rotation * up).angle(&up) < 1e-9);
-    // Scans that are not level in truth are not forced: what stands upside down is out of bounds.
+    // Scans that are not level are not forced to be: one tilted by 1.2 radians is out of bounds.
     let turned = RigidTransform::rotation(Vector3::x() * 1.2);
     let lying = run_once(&moved(&source, &turned), &target, &Prior { guess: None, up: Some(Unit::new_normalize(*up)) });
     assert!(!matches!(lying.verdict, Verdict::Ok), "{:?}", lying.verdict);

@@ -1,4 +1,4 @@
-//! Whether a pose is as good as it is said to be.
+//! Whether a pose is as accurate as its covariance says.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use congruent_geometry::{NeighborIndex, RigidTransform, Scan, resolution};
@@ -8,7 +8,7 @@ use congruent_simulation::pair::{PairOptions, figurine_pair};
 use congruent_simulation::scanner::RangeNoise;
 use nalgebra::{Point3, Vector3, Vector6};
 
-/// `ξᵀΣ⁻¹ξ` of the motion from the answer to the truth: six on average where the covariance is right.
+/// `ξᵀΣ⁻¹ξ` of the motion from the answer to the truth: six on average if the covariance is right.
 fn normalised_error(answer: &RigidTransform, truth: &RigidTransform, known: &Uncertainty) -> f64 {
     let missing = truth * answer.inverse();
     let (turn, about) = (missing.rotation.scaled_axis(), Point3::from(known.about));
