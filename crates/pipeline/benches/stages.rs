@@ -1,6 +1,7 @@
-//! Times every stage of the chain by itself: `cargo bench -p congruent-pipeline --bench stages [NAME]`.
+//! Times every stage of the chain separately: `cargo bench -p congruent-pipeline --bench stages [NAME]`.
 //!
-//! On a simulated scan of 40 000 points, or on the file that `SCAN` names. `RAYON_NUM_THREADS` says how many threads.
+//! The input is a simulated scan of about 40 000 points, or the file that `SCAN` names. `RAYON_NUM_THREADS` sets the
+//! number of threads.
 
 mod work;
 

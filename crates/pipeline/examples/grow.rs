@@ -1,8 +1,8 @@
-//! Makes input of any size, for `scripts/peers/scaling`.
+//! Creates input of any size, for `scripts/peers/scaling`.
 //!
-//!     grow scans N FOLDER           two looks at the figurine of about N points each: FOLDER/source.ply and target.ply
-//!     grow tiles N DATASET FOLDER   the same of the first pair of a data set, side by side as often as it takes
-//!     grow looks N COUNT FOLDER     COUNT looks of about N points from all around: FOLDER/000.ply, …
+//!     grow scans N FOLDER           two scans of the figurine of about N points each: FOLDER/source.ply and target.ply
+//!     grow tiles N DATASET FOLDER   the same from the first pair of a data set, repeated side by side for N points
+//!     grow looks N COUNT FOLDER     COUNT scans of about N points from all around: FOLDER/000.ply, …
 //!     grow matches N FILE           N pairs of points as CSV, a tenth of them right
 
 use congruent_geometry::random::Stream;
@@ -17,9 +17,9 @@ use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
 
-/// A look at this many pixels tells how many points a pixel gives.
+/// Image side of a trial scan, which shows how many points an image gives.
 const TRIAL_PIXELS: u32 = 200;
-/// Standard deviation of the ranges in the trial's look, data units; it shrinks with the distance between neighbours.
+/// Standard deviation of the ranges in the trial scan, data units; it is scaled with the distance between neighbours.
 const TRIAL_NOISE: f64 = 0.05;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -44,7 +44,7 @@ fn write_pair(source: &RawScan, target: &RawScan, folder: &Path) -> Result<(), B
     Ok(())
 }
 
-/// Each tile is turned its own way, so that only one pose fits all of them.
+/// Each tile is rotated differently, so that only one pose fits all of them.
 fn tiles(n: usize, dataset: &Path, folder: &Path) -> Result<(), Box<dyn Error>> {
     let pair = read_dataset(dataset, None)?.pairs.remove(0);
     let (source, target) = (read_scan(&pair.source_file)?, read_scan(&pair.target_file)?);
@@ -79,7 +79,7 @@ fn around(n: f64, count: usize, folder: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// How wide a look of so many points is.
+/// Returns the image side that gives about `n` points.
 fn pixels(n: f64) -> u32 {
     let trial = looks(TRIAL_PIXELS, 0.0).source.points.len() as f64;
     (f64::from(TRIAL_PIXELS) * (n / trial).sqrt()).round() as u32

@@ -2,8 +2,8 @@
 //!
 //!     register ROUNDS SOURCE TARGET [SOURCE TARGET …]
 //!
-//! Prints a line a pair and round, `{"pair": …, "seconds": …, "target_from_source": …}`, by the default settings; a first
-//! round is not counted.
+//! Registers with the default settings and prints one line per pair and round,
+//! `{"pair": …, "seconds": …, "target_from_source": …}`; a first round is not counted.
 
 use congruent_geometry::{Scan, to_rows};
 use congruent_io::read_scan;

@@ -1,10 +1,10 @@
-//! Times every stage of the chain by itself, for `scripts/peers`.
+//! Times every stage of the chain separately, for `scripts/peers`.
 //!
 //!     stages FOLDER [--scan SCAN] [--only NAME] [--rounds N]
 //!
-//! Prints a line a stage and round, `{"stage": …, "seconds": …, "cpu": …, "made": …}`; a first round is not counted. FOLDER gets
-//! the tables that the stages work on, so that other programs can do the same work. Without SCAN a simulated one is
-//! taken. No rounds: only the tables.
+//! Prints one line per stage and round, `{"stage": …, "seconds": …, "cpu": …, "made": …}`; a first round is not
+//! counted. With `--rounds 0` it writes the input of the stages to FOLDER as tables instead, so that other programs can
+//! do the same work. Without SCAN a simulated scan is used.
 
 #[path = "../benches/work/mod.rs"]
 mod work;
@@ -40,10 +40,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// One round of a stage.
+/// The cost and the result of one round of a stage.
 struct Spent {
     seconds: f64,
-    /// Of all threads: what is left of the comparison on a busy machine.
+    /// CPU time of all threads, seconds: it remains comparable on a busy machine.
     cpu: f64,
     made: usize,
 }
@@ -54,7 +54,8 @@ fn time(stage: &Stage, inputs: &Inputs, rounds: usize) -> Vec<Spent> {
         let made = std::hint::black_box((stage.run)(inputs));
         Spent { seconds: start.elapsed().as_secs_f64(), cpu: cpu_start.elapsed().as_secs_f64(), made }
     };
-    // On a thread of the pool, as in the program: to get there from another one takes longer than the shortest stages.
+    // On a thread of the pool, as in the program: getting there from another thread takes longer than the shortest
+    // stages.
     rayon::scope(|_| (0..rounds).map(once).collect())
 }
 
@@ -73,7 +74,7 @@ fn arguments() -> Result<Arguments, Box<dyn Error>> {
     Ok(arguments)
 }
 
-/// Little-endian, without headers; the README of `scripts/peers` lists them.
+/// Writes the tables: little-endian, without headers; the README of `scripts/peers` lists them.
 fn write_tables(inputs: &Inputs, folder: &Path) -> Result<(), Box<dyn Error>> {
     let floats = |name: &str, values: Vec<f32>| {
         std::fs::write(folder.join(name), values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())

@@ -1,4 +1,4 @@
-//! What the stages work on, made once from one scan.
+//! The inputs of the stages, made once from one scan.
 
 use congruent_descriptors::{Descriptor, Features, FpfhConfig, ShotConfig};
 use congruent_estimators::{HypothesisGenerator, ThreePoint};
@@ -15,56 +15,56 @@ use nalgebra::Vector3;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-/// Gives about 40 000 points.
+/// Image side that gives about 40 000 points.
 const PIXELS: u32 = 420;
 /// Standard deviation of the simulated ranges, data units: about a tenth of the distance between neighbours.
 const NOISE: f64 = 0.02;
-/// Points that are described at full density.
+/// Number of points that are described at full density.
 const KEYPOINTS: usize = 1000;
-/// Rows of each of the two tables of short descriptors.
+/// Maximum number of rows in each of the two tables of short descriptors.
 const SHORT_ROWS: usize = 5000;
-/// Neighbours of a normal.
+/// Number of neighbours from which a normal is estimated.
 pub(crate) const NEIGHBORS: usize = 30;
-/// Radius of the normals of the thinned cloud, resolutions.
+/// Radius from which the normals of the thinned cloud are estimated, resolutions.
 const THIN_NORMAL_RADIUS: f64 = 5.0;
 /// Side of a cell of the thinning grid, resolutions.
 pub(crate) const LEAF: f64 = 2.0;
-/// Poses and correspondences that are scored.
+/// Numbers of poses and of correspondences that are scored.
 const POSES: u64 = 1000;
 const CORRESPONDENCES: usize = 1000;
-/// Correspondences whose compatibility graph is searched: as many as `default` keeps.
+/// Number of correspondences whose compatibility graph is searched: as many as `default` keeps.
 const GRAPH_CORRESPONDENCES: usize = 4000;
 
-/// One scan and what was made of it.
+/// One scan and what was made from it.
 pub(crate) struct Inputs {
     /// A binary PLY of the scan's distinct points, centred.
     pub(crate) file: PathBuf,
-    /// What is in it.
+    /// The contents of the file.
     pub(crate) raw: RawScan,
-    /// The scan with normals of `NEIGHBORS` neighbours.
+    /// The scan, with normals from `NEIGHBORS` neighbours.
     pub(crate) surface: Surface,
-    /// The scan on a grid of `LEAF`.
+    /// The centroids of the scan on a grid of `LEAF`, with normals.
     pub(crate) thinned: Surface,
-    /// Points of `surface` to be described, spread over its order.
+    /// Points of `surface` to be described, spread evenly over its order.
     pub(crate) keypoints: Vec<u32>,
     /// Two tables of SHOT rows, of different points.
     pub(crate) long: [Features; 2],
     /// Two tables of FPFH rows, of different points of the thinned cloud.
     pub(crate) short: [Features; 2],
-    /// Pairs of which a fifth is right.
+    /// Simulated correspondences, a fifth of them right.
     pub(crate) evidence: Evidence,
-    /// The same, as many as a compatibility graph is made of.
+    /// More of the same, as many as a compatibility graph is made from.
     pub(crate) graph_evidence: Evidence,
-    /// Poses through three of those each.
+    /// Poses from three correspondences of `evidence` each.
     pub(crate) poses: Vec<RigidTransform>,
-    /// Every other point of the scan, a little off its place …
+    /// The points of the scan at even positions …
     pub(crate) moving: Surface,
-    /// … and the points between.
+    /// … and those at odd positions.
     pub(crate) fixed: Surface,
 }
 
 impl Inputs {
-    /// From a scan file, or from a simulated scan; the PLY goes into `folder`.
+    /// Makes the inputs from a scan file, or from a simulated scan; the PLY is written to `folder`.
     pub(crate) fn new(scan: Option<&Path>, folder: &Path) -> Result<Inputs, Box<dyn Error>> {
         let given = match scan {
             Some(path) => read_scan(path)?,
@@ -110,13 +110,13 @@ impl Inputs {
         })
     }
 
-    /// Mean distance to the nearest other point.
+    /// Returns the mean distance of a point to its nearest other point, data units.
     pub(crate) fn pr(&self) -> f64 {
         self.surface.resolution()
     }
 }
 
-/// One look at the figurine.
+/// A simulated scan of the figurine.
 fn simulated() -> RawScan {
     let options = PairOptions { pixels: PIXELS, noise: RangeNoise::gaussian(NOISE), ..PairOptions::default() };
     figurine_pair(&options).source
@@ -134,7 +134,7 @@ fn surface_of(points: Vec<Point>, neighborhood: Neighborhood, pr: f64) -> Surfac
     Surface::new(points, normals, index, pr)
 }
 
-/// `count` positions of `n`, evenly apart.
+/// Returns `count` positions of `n`, evenly spaced, from `first` on.
 fn spread(n: usize, count: usize, first: usize) -> Vec<u32> {
     (first..n).step_by((n / count).max(1)).take(count).map(|i| i as u32).collect()
 }
@@ -145,7 +145,7 @@ fn pairs(n: usize) -> Evidence {
     Evidence::new(made.source.into_iter().zip(made.target))
 }
 
-/// The points of even and of odd number.
+/// Splits the points into those at even and those at odd positions.
 fn halves(whole: &Surface) -> Result<[Surface; 2], Box<dyn Error>> {
     let half = |first: usize| {
         let points = whole.points().iter().copied().skip(first).step_by(2).collect();

@@ -1,4 +1,4 @@
-//! The work that the benchmark and the comparison with other libraries time: one function a stage, on one scan.
+//! The work that the benchmark and the comparison with other libraries time: one function per stage, on one scan.
 
 mod inputs;
 mod stages;

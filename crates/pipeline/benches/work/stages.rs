@@ -1,4 +1,4 @@
-//! One function a stage. What a stage needs is made beforehand and not timed.
+//! One function per stage. The input of a stage is made beforehand and not timed.
 
 use super::Inputs;
 use super::inputs::{LEAF, NEIGHBORS};
@@ -17,26 +17,26 @@ use nalgebra::Vector3;
 use std::borrow::Cow;
 use std::fmt;
 
-/// Three-point fits.
+/// Number of three-point fits.
 const FITS: usize = 100_000;
-/// Trials of a RANSAC run.
+/// Number of trials of RANSAC.
 const TRIALS: u64 = 10_000;
-/// Inliers of a pose of the simulated correspondences, whose resolution is 1.
+/// Residual below which simulated correspondences, whose resolution is 1, are inliers.
 const THRESHOLD: f64 = 7.5;
-/// Iterations of ICP: all of them, however early it converges.
+/// Number of iterations of ICP, however early it converges.
 const ICP_ITERATIONS: usize = 20;
 /// Variance of a disc along its normal, as in small_gicp.
 const FLATNESS: f64 = 1e-3;
-/// The compatibility graph of `default`, resolution 1.
+/// The compatibility graph of `default`, for resolution 1.
 const COMPATIBLE: Compatibility = Compatibility { tolerance: 4.0, min_distance: 8.0, max_angle: 0.45, max_cosine: 0.4 };
-/// Pivots of `default`.
+/// Number of pivots of `default`.
 const PIVOTS: usize = 8000;
 
-/// Something to time.
+/// A stage to be timed.
 pub(crate) struct Stage {
-    /// What other programs call it too.
+    /// Its name, which the programs compared also use.
     pub(crate) name: &'static str,
-    /// Does it, and says how many things came out.
+    /// Runs the stage and returns the number of results.
     pub(crate) run: fn(&Inputs) -> usize,
 }
 
@@ -46,7 +46,7 @@ impl fmt::Display for Stage {
     }
 }
 
-/// All of them, in the order of the chain.
+/// All stages, in the order of the chain.
 pub(crate) const STAGES: &[Stage] = &[
     Stage { name: "read-ply", run: |i| read_scan(&i.file).map_or(0, |scan| scan.points.len()) },
     Stage { name: "clean", run: |i| Scan::new(&i.raw).map_or(0, |scan| scan.points().len()) },
@@ -89,7 +89,7 @@ fn orientation(inputs: &Inputs) -> usize {
     normals.len()
 }
 
-/// At the radii that Open3D takes by itself.
+/// Uses the default radii of Open3D.
 fn iss(inputs: &Inputs) -> usize {
     let config = IssConfig {
         salient_radius: Length::Resolutions(6.0),
@@ -104,20 +104,20 @@ fn harris(inputs: &Inputs, radius: f64) -> usize {
     config.build(inputs.pr()).detect(&inputs.surface).len()
 }
 
-/// Of all points of the thinned cloud.
+/// Describes all points of the thinned cloud.
 fn fpfh(inputs: &Inputs) -> usize {
     let all: Vec<u32> = (0..inputs.thinned.len() as u32).collect();
     FpfhConfig::default().build(inputs.pr()).describe(&inputs.thinned, &all).len()
 }
 
-/// On one thread: the loop over the poses is what is parallel elsewhere.
+/// Runs on one thread: elsewhere the loop over the poses is what runs in parallel.
 fn score(inputs: &Inputs) -> usize {
     let metric = Summed(InlierCount::new(THRESHOLD));
     let inliers = |pose: &RigidTransform| metric.score(&inputs.evidence, pose).value() as usize;
     inputs.poses.iter().map(inliers).sum()
 }
 
-/// On one thread.
+/// Runs on one thread.
 fn fits(inputs: &Inputs) -> usize {
     let evidence = &inputs.evidence;
     let n = evidence.len();
@@ -138,7 +138,7 @@ fn pivots(inputs: &Inputs) -> usize {
     sample(&generator, &Summed(InlierCount::new(THRESHOLD)), &inputs.graph_evidence, 1).len()
 }
 
-/// What `refiner` makes of the two halves of the scan, one put off.
+/// Aligns the two halves of the scan, from a start that is a little off, and returns the number of touching pairs.
 fn refined(inputs: &Inputs, refiner: fn(Schedule) -> Box<dyn Refiner>) -> usize {
     let pr = inputs.pr();
     let schedule = Schedule {
