@@ -1,8 +1,9 @@
-//! Many scans into one frame, from the scans to their poses.
+//! Puts many scans into one frame: from the scans to their poses.
 //!
 //! [`reconstruct`] registers every pair with shared lengths, reconciles the poses by loops and a robust pose graph
-//! (`congruent-multiway`), and refines all scans together. Programs that choose the pairs, or keep what was made, build the
-//! same from the parts: [`Surfaces`], [`proposals`] and `congruent_multiway::reconstruct`.
+//! (`congruent-multiway`), and refines all scans together. Programs that choose the pairs themselves, or keep
+//! intermediate results, build the same from the parts: [`Surfaces`], [`proposals`] and
+//! `congruent_multiway::reconstruct`.
 
 mod proposals;
 mod surfaces;

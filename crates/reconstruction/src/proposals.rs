@@ -1,4 +1,4 @@
-//! From registered pairs to the candidates of the pose graph.
+//! Turns registered pairs into candidates for the pose graph.
 
 use crate::Surfaces;
 use congruent_geometry::RigidTransform;
@@ -6,42 +6,42 @@ use congruent_multiway::{Belief, Candidate};
 use congruent_pipeline::VerdictKind;
 use rayon::prelude::*;
 
-/// The outcome of one registered pair. Scans are positions in a list.
+/// The outcome of one registered pair. Scans are given by their position in a list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Registered {
     /// The scan that moves.
     pub source: usize,
     /// The scan that stays.
     pub target: usize,
-    /// What the registration says of its pose.
+    /// The verdict of the registration on its pose.
     pub verdict: VerdictKind,
-    /// In the first pose.
+    /// Confidence in the first pose.
     pub confidence: f64,
-    /// `target_from_source` in file coordinates, the best first; the others are those of an ambiguous pair.
+    /// `target_from_source` in file coordinates, best first; further poses are the alternatives of an ambiguous pair.
     pub poses: Vec<RigidTransform>,
 }
 
-/// One pose that a registered pair proposes.
+/// One pose proposed by a registered pair.
 #[derive(Clone, Debug)]
 pub struct Proposal {
-    /// The position of the pair in the list of pairs.
+    /// Position of the pair in the list of pairs.
     pub pair: usize,
-    /// How probable it is that the pose is right.
+    /// Estimated probability that the pose is right.
     pub confidence: f64,
-    /// What enters the graph; nothing where the surfaces do not touch under the pose.
+    /// The candidate for the graph; `None` if the surfaces do not touch under the pose.
     pub candidate: Option<Candidate>,
 }
 
-/// All poses of all pairs, in their order.
+/// Returns a proposal for every pose of every pair, in the order of the pairs.
 ///
 /// # Panics
-/// When a pair names a scan that is not there.
+/// If a pair refers to a scan that does not exist.
 #[must_use]
 pub fn proposals(pairs: &[Registered], surfaces: &Surfaces) -> Vec<Proposal> {
     let proposed = |(at, pair): (usize, &Registered)| -> Vec<Proposal> {
         let &Registered { source, target, verdict, .. } = pair;
         let one = |(rank, pose): (usize, &RigidTransform)| {
-            // Later ones are a little less likely.
+            // Later poses get a half, a third … of the confidence.
             let confidence = pair.confidence / (1.0 + rank as f64);
             let target_from_source = surfaces.centred(source, target, pose);
             let touch = surfaces.touch(source, target, &target_from_source);

@@ -1,4 +1,4 @@
-//! The scans' surfaces: how they touch under a pose, and where refinement moves them.
+//! The surfaces of the scans: how they touch under a pose, and where refinement moves them.
 
 use congruent_geometry::{RigidTransform, Surface, uncentred, wide};
 use congruent_multiway::{Contact, Node, Reconstruction, Touch};
@@ -7,23 +7,23 @@ use congruent_refinement::{Freedom, PointToPlane, Refinement, Refiner, Schedule}
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-/// Points of a scan that are laid on others.
+/// Maximum number of points of the moving scan that are compared with another scan.
 const MOVING_POINTS: usize = 4000;
-/// Points that are looked at first, to leave scans alone that are nowhere near.
+/// Maximum number of points that are checked first, to skip scans that are nowhere near each other.
 const SCOUTS: usize = 120;
-/// Scouts that have to find something.
+/// Minimum number of these that must have a neighbour.
 const MIN_FOUND: usize = 2;
-/// Share of the moving points that have to touch, and how many at least.
+/// Minimum fraction of the moving points that must touch, and their minimum number.
 const MIN_SHARE: f64 = 0.03;
 const MIN_PAIRS: usize = 40;
-/// Points that stand for a scan where poses are compared.
+/// Maximum number of points that represent a scan where poses are compared.
 const PROBES: usize = 48;
-/// Search radius at first, after each round, and at the end; `pr`.
+/// Search radius in the first round, its factor from round to round, and its minimum; radii in `pr`.
 const FIRST_REACH: f64 = 3.0;
 const SHRINKING: f64 = 0.75;
 const LAST_REACH: f64 = 1.5;
 
-/// The sampled surfaces of all scans, in their order.
+/// The sampled surfaces of all scans, in the order of the scans.
 pub struct Surfaces {
     scans: Vec<Option<Dense>>,
     pr: f64,
@@ -31,17 +31,17 @@ pub struct Surfaces {
 
 struct Dense {
     surface: Surface,
-    /// With the normals turned to the other side.
+    /// The surface with its normals flipped.
     turned: Surface,
     /// Whether the side of the normals is certain.
     sure: bool,
-    /// What was subtracted from the coordinates of the file.
+    /// The offset that was subtracted from the file's coordinates.
     origin: Vector3<f64>,
 }
 
 impl Surfaces {
-    /// Takes `n` scans from `described`, which is asked for each position once and returns nothing for a scan that cannot be
-    /// used. `pr` is the working length of the collection, data units.
+    /// Takes `n` scans from `described`, which is called once for each position and returns `None` for a scan that
+    /// cannot be used. `pr` is the working length of the collection, data units.
     #[must_use]
     pub fn new<S: AsRef<DescribedScan>>(n: usize, described: impl Fn(usize) -> Option<S> + Sync, pr: f64) -> Surfaces {
         let dense = |at: usize| {
@@ -54,25 +54,26 @@ impl Surfaces {
         Surfaces { scans: (0..n).into_par_iter().map(dense).collect(), pr }
     }
 
-    /// The sampled surface of a scan, centred; nothing where it cannot be used.
+    /// Returns the sampled surface of a scan, centred; `None` if the scan cannot be used.
     #[must_use]
     pub fn surface(&self, at: usize) -> Option<&Surface> {
         self.scans[at].as_ref().map(|dense| &dense.surface)
     }
 
-    /// What leads from the centred coordinates of a scan to those of its file; zero where it cannot be used.
+    /// Returns the offset from the centred coordinates of a scan to those of its file; zero if the scan cannot be used.
     #[must_use]
     pub fn origin(&self, at: usize) -> Vector3<f64> {
         self.scans[at].as_ref().map_or_else(Vector3::zeros, |dense| dense.origin)
     }
 
-    /// The pose of a scan between files: from its own coordinates into those of its component's first scan.
+    /// Returns the pose of a scan between files: from its file's coordinates into those of the first scan of its
+    /// component.
     #[must_use]
     pub fn in_files(&self, result: &Reconstruction, at: usize, first: usize) -> RigidTransform {
         uncentred(&result.frame_from_scan[at], &self.origin(at), &self.origin(first))
     }
 
-    /// The points that represent each scan where poses are compared.
+    /// Returns the nodes of the pose graph: for each scan, the points by which poses are compared.
     #[must_use]
     pub fn nodes(&self) -> Vec<Node> {
         let node = |scan: &Option<Dense>| {
@@ -83,25 +84,26 @@ impl Surfaces {
         self.scans.iter().map(node).collect()
     }
 
-    /// A pose between files as one between centred scans.
+    /// Converts a pose between files into one between centred scans.
     pub(crate) fn centred(&self, source: usize, target: usize, pose: &RigidTransform) -> RigidTransform {
         uncentred(pose, &-self.origin(source), &-self.origin(target))
     }
 
-    /// How two scans touch under a pose that may still be rough.
+    /// Returns how two scans touch under a pose that may still be rough; `None` if too little touches.
     pub(crate) fn touch(&self, source: usize, target: usize, pose: &RigidTransform) -> Option<Touch> {
         self.best(source, target, pose, FIRST_REACH, |icp, moving, fixed| icp.measure(moving, fixed, pose))
             .map(|refinement| touch_of(&refinement))
     }
 
-    /// The share of the source's points that touch the target.
+    /// Returns the fraction of the source's points that touch the target.
     #[must_use]
     pub fn overlap(&self, source: usize, touch: &Touch) -> f64 {
         let used = self.scans[source].as_ref().map_or(1, |dense| used(&dense.surface));
         (touch.support / used as f64).min(1.0)
     }
 
-    /// The better one of the two sides that the normals may have; nothing where too little touches.
+    /// Tries both sides of the normals unless they are certain, and returns the result with more support; `None` if too
+    /// little touches.
     fn best(
         &self,
         source: usize,
@@ -126,12 +128,12 @@ impl Surfaces {
     }
 }
 
-/// Points of a surface that are laid on others.
+/// Returns the number of points of a surface that are compared with another one.
 fn used(surface: &Surface) -> usize {
     surface.len().div_ceil(surface.len().div_ceil(MOVING_POINTS).max(1))
 }
 
-/// Whether it is worth looking closer.
+/// Returns whether two surfaces are near enough for a closer look.
 fn near(moving: &Surface, fixed: &Surface, pose: &RigidTransform, reach: f64) -> bool {
     let step = moving.len().div_ceil(SCOUTS).max(1);
     let scouts = moving.points().iter().step_by(step);
@@ -153,7 +155,7 @@ impl Contact for Surfaces {
         self.best(source, target, pose, LAST_REACH, look).map(|refinement| touch_of(&refinement))
     }
 
-    /// One step of point-to-plane ICP: all scans move together between two steps.
+    /// Makes one step of point-to-plane ICP; between two steps, all scans move together.
     fn align(
         &self,
         source: usize,

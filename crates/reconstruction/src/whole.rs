@@ -1,4 +1,4 @@
-//! The whole way from scans to one frame.
+//! From scans to their poses in one frame.
 
 use crate::{Registered, Surfaces, proposals};
 use congruent_geometry::{RigidTransform, Scan};
@@ -9,24 +9,25 @@ use std::collections::HashMap;
 use std::convert::Infallible;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Scans in as few frames as they allow.
+/// All scans, in as few frames as their connections allow.
 #[derive(Clone, Debug)]
 pub struct Model {
-    /// Scans that are connected, ascending; the largest component first. A scan that fits nowhere is a component of its own.
+    /// Connected scans, ascending; the largest component first. A scan that fits nowhere is a component of its own.
     pub components: Vec<Vec<usize>>,
-    /// For each scan the motion from its file's coordinates into those of its component's first scan.
+    /// For each scan, the motion from its file's coordinates into those of the first scan of its component.
     pub frame_from_scan: Vec<RigidTransform>,
-    /// For each scan a lower bound of how far its points may be off against those of the component's first scan: root mean
-    /// square, data units. Nothing where it is not known.
+    /// For each scan, a lower bound of the error of its points relative to those of the component's first scan: root
+    /// mean square, data units. `None` if it is unknown.
     pub uncertainty: Vec<Option<f64>>,
-    /// What each pair came to, in the order of (earlier target, later source).
+    /// The outcome of each pair, ordered by target, then by source, which is always the later scan.
     pub pairs: Vec<Registered>,
 }
 
-/// Registers every pair of the scans and puts all of them into one frame, as far as the pairs connect them.
+/// Registers every pair of scans and puts all scans into one frame, as far as the pairs connect them.
 ///
-/// The result depends on the scans, their order and the configuration only, not on the number of threads. All scans are kept
-/// in memory with their descriptors. A scan that cannot be sampled stays alone; so do all scans where no pair is registered.
+/// The result depends only on the scans, their order and the configuration, not on the number of threads. All scans are
+/// kept in memory with their descriptors. A scan that cannot be sampled stays alone; so do all scans if no pair is
+/// registered.
 ///
 /// ```
 /// use congruent_geometry::Scan;
@@ -94,7 +95,7 @@ fn outcome(source: usize, target: usize, found: &Registration) -> Registered {
     }
 }
 
-/// Described scans, made when a pair asks for them.
+/// Described scans, computed when a pair first needs them.
 struct Shelf<'a> {
     scans: &'a [Scan],
     collection: &'a Collection,
@@ -107,7 +108,8 @@ impl Shelf<'_> {
         if let Some(described) = known().get(&(at, variant)) {
             return described.clone();
         }
-        // Not under the lock: describing runs on several threads. Whoever else makes the same makes the same bits.
+        // Not under the lock, because describing runs on several threads. If two threads describe the same scan, their
+        // results are identical.
         let made = Arc::new(self.collection.describe(&self.scans[at], variant));
         known().entry((at, variant)).or_insert(made).clone()
     }

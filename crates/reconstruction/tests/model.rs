@@ -1,4 +1,4 @@
-//! Scans of one object come into one frame, whatever came along with them.
+//! Scans of one object are put into one frame, even if there is a scan of something else among them.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use congruent_geometry::random::Stream;
@@ -10,7 +10,7 @@ use congruent_simulation::nuisances::moved;
 use congruent_simulation::scanner::VirtualScanner;
 use congruent_simulation::shapes::{figurine, room};
 
-/// One look from this side under a motion of its own, and the way back into the world.
+/// Returns a scan from this side, moved by a motion of its own, and the motion from its coordinates back to the world.
 fn look(mesh: &Mesh, azimuth_deg: f64, item: u64) -> (Scan, RigidTransform) {
     let scanner = VirtualScanner::orbit(mesh, azimuth_deg.to_radians(), 0.4, 3.0, 110);
     let mut stream = Stream::new(3, item);
