@@ -1,4 +1,4 @@
-//! From TOML and `--set` to a configuration, with errors that name the place and the nearest valid name.
+//! Turns TOML and `--set` into a configuration; errors name the place and the nearest valid name.
 
 use crate::args::RunArgs;
 use crate::layers::{self, Sources};
@@ -7,7 +7,7 @@ use congruent_pipeline::PipelineConfig;
 use serde::Deserialize;
 use std::path::Path;
 
-/// The presets, as they are written in `configs/`.
+/// The presets, as written in `configs/`.
 pub(crate) const PRESETS: [(&str, &str); 3] = [
     ("default", include_str!("../../../configs/default.toml")),
     ("fast", include_str!("../../../configs/fast.toml")),
@@ -17,7 +17,7 @@ pub(crate) const PRESETS: [(&str, &str); 3] = [
 /// What `config show members` prints: every member of every family.
 pub(crate) const MEMBERS: &str = include_str!("../../../configs/members.toml");
 
-/// Settings that choose a member of a family: naming another member replaces the first.
+/// Settings that choose a member of a family; naming another member replaces the previous one.
 const FAMILIES: [&str; 12] = [
     "sampling",
     "normals.neighborhood",
@@ -33,7 +33,7 @@ const FAMILIES: [&str; 12] = [
     "verdict",
 ];
 
-/// The text of a preset.
+/// Returns the text of a preset.
 pub(crate) fn preset(name: &str) -> Result<&'static str> {
     PRESETS.iter().find(|p| p.0 == name).map(|p| p.1).ok_or_else(|| {
         let names = PRESETS.map(|p| p.0);
@@ -41,18 +41,18 @@ pub(crate) fn preset(name: &str) -> Result<&'static str> {
     })
 }
 
-/// The configuration that the command line describes.
+/// Returns the configuration that the command line describes.
 pub(crate) fn resolve(args: &RunArgs) -> Result<PipelineConfig> {
     Ok(layers::resolve(&Sources::of_run(args, None))?.config)
 }
 
-/// The preset that a path names, where there is no such file.
+/// Returns the preset that a path names if there is no such file.
 pub(crate) fn named_preset(path: &Path) -> Option<&'static str> {
     let name = path.to_string_lossy();
     PRESETS.iter().find(|p| p.0 == name && !path.is_file()).map(|p| p.0)
 }
 
-/// The text of a configuration file.
+/// Reads the text of a configuration file.
 pub(crate) fn readable(path: &Path) -> Result<String> {
     std::fs::read_to_string(path).map_err(|error| {
         let names = PRESETS.map(|p| p.0).join(", ");
@@ -60,7 +60,7 @@ pub(crate) fn readable(path: &Path) -> Result<String> {
     })
 }
 
-/// Parses TOML; `name` is what errors call it.
+/// Parses TOML; errors refer to it as `name`.
 pub(crate) fn parse(text: &str, name: &str) -> Result<PipelineConfig> {
     toml::from_str(text).map_err(|error| {
         let place = error.span().map_or(String::new(), |span| {
@@ -71,13 +71,13 @@ pub(crate) fn parse(text: &str, name: &str) -> Result<PipelineConfig> {
     })
 }
 
-/// 1-based line and column of a byte offset.
+/// Returns the line and column of a byte offset, counted from 1.
 fn line_and_column(text: &str, at: usize) -> (usize, usize) {
     let before = text.get(..at).unwrap_or(text);
     (before.matches('\n').count() + 1, before.rsplit('\n').next().unwrap_or_default().chars().count() + 1)
 }
 
-/// The configuration with one `key.path=value` applied.
+/// Returns the configuration with one `key.path=value` applied.
 pub(crate) fn assigned(config: &PipelineConfig, assignment: &str) -> Result<PipelineConfig> {
     let Some((path, value)) = assignment.split_once('=') else {
         bail!("write KEY=VALUE, for instance metric.mse.threshold=5pr");
@@ -88,7 +88,7 @@ pub(crate) fn assigned(config: &PipelineConfig, assignment: &str) -> Result<Pipe
     PipelineConfig::deserialize(table).map_err(|error| anyhow!(with_suggestion(error.message())))
 }
 
-/// A TOML value, or a string where it is none: `5pr` needs no quotes.
+/// Parses a TOML value. Text that is not TOML becomes a string, so that `5pr` needs no quotes.
 fn value_of(text: &str) -> toml::Value {
     let parsed: Option<toml::Table> = toml::from_str(&format!("value = {text}")).ok();
     parsed.and_then(|mut t| t.remove("value")).unwrap_or_else(|| toml::Value::String(text.to_owned()))
@@ -98,7 +98,7 @@ fn assign(table: &mut toml::Table, keys: &[&str], depth: usize, value: toml::Val
     let is_family = FAMILIES.contains(&keys[..=depth].join(".").as_str());
     let key = keys[depth];
     if depth + 1 == keys.len() {
-        // A family takes the bare name of a member.
+        // A family accepts the bare name of a member.
         let value = match value {
             toml::Value::String(member) if is_family => {
                 toml::Value::Table([(member, toml::Table::new().into())].into_iter().collect())
@@ -118,7 +118,7 @@ fn assign(table: &mut toml::Table, keys: &[&str], depth: usize, value: toml::Val
     assign(inner, keys, depth + 1, value)
 }
 
-/// What serde calls things, and what a user does.
+/// Phrases of serde, and what the user reads instead.
 const WORDS: [(&str, &str); 4] = [
     ("wanted exactly 1 element, more than 1 element", "two members of one family; keep one of their tables"),
     ("expected u64", "expected a whole number, 0 or above"),
@@ -126,7 +126,7 @@ const WORDS: [(&str, &str); 4] = [
     ("expected f64", "expected a number"),
 ];
 
-/// Adds the nearest valid name to serde's message about an unknown one, and says the rest in a user's words.
+/// Adds the nearest valid name to serde's message about an unknown one, and rephrases messages for the user.
 fn with_suggestion(message: &str) -> String {
     let message = WORDS.iter().fold(message.trim().to_owned(), |said, (serde, user)| said.replace(serde, user));
     let message = message.as_str();
@@ -168,7 +168,7 @@ mod tests {
         }
     }
 
-    /// The tables of the members document, each a configuration of its own.
+    /// Returns the tables of the list of members, each as a configuration of its own.
     fn members() -> Vec<String> {
         let mut tables: Vec<String> = Vec::new();
         for line in MEMBERS.lines().filter(|line| !line.starts_with('#')) {

@@ -1,4 +1,4 @@
-//! The rows of an evaluation on disk: written as they come, found again after an interruption.
+//! The rows of an evaluation on disk: written as they are made, and found again after an interruption.
 
 use crate::journal::{Journal, read_rows};
 use anyhow::{Context, Result};
@@ -6,19 +6,19 @@ use congruent_evaluation::{PairRow, Status};
 use congruent_io::csv_line;
 use std::path::Path;
 
-/// Not `pairs.csv`: that is the truth of a data set, and results may be put beside it.
+/// Not `pairs.csv`: that is the ground truth of a data set, and results may be written beside it.
 const JSONL: &str = "results.jsonl";
 const CSV: &str = "results.csv";
 
-/// What `results.jsonl` holds.
+/// The content of `results.jsonl`.
 pub(crate) struct EvaluationRows {
     rows: Vec<PairRow>,
     journal: Journal,
 }
 
 impl EvaluationRows {
-    /// The rows of a directory, ready for more of a configuration: its rows with an error are left out, so that their pairs
-    /// are tried again.
+    /// Opens the rows of a directory to add rows of a configuration. Rows of this configuration with an error are
+    /// removed, so that their pairs are tried again.
     pub(crate) fn open(directory: &Path, configuration: &str) -> Result<EvaluationRows> {
         std::fs::create_dir_all(directory).with_context(|| format!("{}: cannot be created", directory.display()))?;
         let path = directory.join(JSONL);
@@ -28,7 +28,7 @@ impl EvaluationRows {
         Ok(EvaluationRows { rows, journal })
     }
 
-    /// The rows of a directory.
+    /// Reads the rows of a directory.
     pub(crate) fn read(directory: &Path) -> Result<Vec<PairRow>> {
         read_rows(&directory.join(JSONL)).context("name a directory that `congruent evaluate -o` wrote")
     }
@@ -41,7 +41,7 @@ impl EvaluationRows {
         self.rows.iter().find(|row| row.configuration == configuration && row.pair == pair)
     }
 
-    /// Adds a row, on disk first.
+    /// Adds a row, first to the file.
     pub(crate) fn add(&mut self, row: PairRow) -> Result<()> {
         self.journal.append(&row)?;
         self.rows.push(row);

@@ -1,4 +1,4 @@
-//! What a user knows of a pose, from arguments and files.
+//! What the user knows about a pose, from arguments and files.
 
 use crate::args::{LevelArgs, PriorArgs};
 use anyhow::{Context, Result, anyhow, bail};
@@ -9,13 +9,13 @@ use nalgebra::{Unit, Vector3};
 use serde::Deserialize;
 use std::path::Path;
 
-/// The part of a result that says where the source goes.
+/// The part of a result that holds the pose.
 #[derive(Deserialize)]
 struct WithPose {
     target_from_source: Option<[[f64; 4]; 4]>,
 }
 
-/// What the command line says of the pose.
+/// Returns what the command line says about the pose.
 pub(crate) fn prior(args: &PriorArgs) -> Result<Prior> {
     let guess =
         args.init.as_deref().map(|path| level_pose(path, &args.level)).transpose()?.map(|target_from_source| Guess {
@@ -26,12 +26,12 @@ pub(crate) fn prior(args: &PriorArgs) -> Result<Prior> {
     Ok(Prior { guess, up: up(&args.level) })
 }
 
-/// The up axis, where the scans are level.
+/// Returns the up axis if the scans are level.
 pub(crate) fn up(args: &LevelArgs) -> Option<Unit<Vector3<f64>>> {
     args.yaw_only.then(|| Unit::new_normalize(args.up.unwrap_or([0.0, 0.0, 1.0]).into()))
 }
 
-/// The same as [`pose`], and level where the scans are.
+/// Reads a pose like [`pose`], but refuses one that tilts level scans.
 pub(crate) fn level_pose(path: &Path, args: &LevelArgs) -> Result<RigidTransform> {
     let guess = pose(path)?;
     let tilt = tilt(&guess, up(args));
@@ -46,7 +46,7 @@ pub(crate) fn level_pose(path: &Path, args: &LevelArgs) -> Result<RigidTransform
     Ok(guess)
 }
 
-/// A 4×4 matrix, the pose in a JSON result, or the word `identity` where there is no such file.
+/// Reads a 4×4 matrix, the pose in a JSON result, or the word `identity` if there is no such file.
 pub(crate) fn pose(path: &Path) -> Result<RigidTransform> {
     if path.as_os_str() == "identity" && !path.exists() {
         return Ok(RigidTransform::identity());

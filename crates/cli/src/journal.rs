@@ -1,4 +1,4 @@
-//! Rows on disk: each is a line of JSON, there as soon as it is made, and found again after an interruption.
+//! Rows on disk: each is a line of JSON, written as soon as it is made and found again after an interruption.
 
 use anyhow::{Context, Result, anyhow};
 use congruent_io::write_file;
@@ -8,20 +8,20 @@ use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// A file of rows that grows by whole lines.
+/// A file of rows that grows by complete lines.
 pub(crate) struct Journal {
     path: PathBuf,
     file: File,
-    /// Length of what was written whole, bytes.
+    /// Length of the complete rows, bytes.
     whole: u64,
-    /// What a user does to go on after a disk was full.
+    /// How the user continues after a full disk, for the error message.
     way_on: &'static str,
 }
 
 impl Journal {
-    /// Puts `rows` into a file, in place of what it holds, and waits for more.
+    /// Replaces the content of a file by `rows` and opens it for further rows.
     pub(crate) fn begin<T: Serialize>(path: &Path, rows: &[T], way_on: &'static str) -> Result<Journal> {
-        // What stood after the last whole row is gone for good, so that the next one begins a line.
+        // This also removes what followed the last complete row, so that the next row begins a line.
         write_rows(path, rows)?;
         let opened = OpenOptions::new().append(true).open(path);
         let opened = opened.and_then(|file| file.metadata().map(|metadata| (file, metadata.len())));
@@ -29,12 +29,13 @@ impl Journal {
         Ok(Journal { path: path.to_owned(), file, whole, way_on })
     }
 
-    /// Writes one row, so that it is there whatever happens next.
+    /// Writes one row at once, so that it is kept whatever happens next.
     pub(crate) fn append<T: Serialize>(&mut self, row: &T) -> Result<()> {
         let line = line(row);
         let written = self.file.write_all(line.as_bytes());
         if written.is_err() {
-            // A disk that is full takes a part of the line: without it, a shorter row that fits still begins a line.
+            // A full disk may take a part of the line. It is cut off, so that a shorter row that still fits begins a
+            // line.
             drop(self.file.set_len(self.whole));
         }
         written.with_context(|| {
@@ -49,10 +50,10 @@ impl Journal {
     }
 }
 
-/// All whole rows. A last line that was cut by a kill is left out; any other bad line is an error.
+/// Reads all complete rows. A last line that was cut off by a kill is ignored; any other invalid line is an error.
 pub(crate) fn read_rows<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
     let bytes = std::fs::read(path).with_context(|| format!("{}: cannot be read", path.display()))?;
-    // Only what ends with a line break is whole; a cut may also be inside a character.
+    // Only what ends with a line break is complete; the cut may also be inside a character.
     let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
     let text = String::from_utf8_lossy(&bytes[..whole]);
     let row = |(number, line): (usize, &str)| {

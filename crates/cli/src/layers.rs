@@ -1,6 +1,7 @@
 //! Where settings come from: defaults < preset < the folder's `congruent.toml` < file < `--set`.
 //!
-//! A file that has a section (`[metric…]`) settles all of it, as if it were the only file; `--set` changes one setting.
+//! A section (`[metric…]`) in a file replaces that section of the earlier layers completely; what it does not set has
+//! the default. `--set` changes one setting.
 
 use crate::args::RunArgs;
 use crate::configuration::{assigned, named_preset, parse, preset, readable};
@@ -10,13 +11,13 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The file that is looked for in the folder of a batch.
+/// The configuration file that is looked for in the folder of a batch.
 pub(crate) const FOLDER_FILE: &str = "congruent.toml";
 
-/// Who settles what nobody has settled.
+/// The origin of settings that no layer sets.
 const DEFAULT: &str = "default";
 
-/// What a command line names.
+/// The layers that a command line names.
 #[derive(Default)]
 pub(crate) struct Sources<'a> {
     pub(crate) preset: Option<&'a str>,
@@ -27,7 +28,7 @@ pub(crate) struct Sources<'a> {
 }
 
 impl<'a> Sources<'a> {
-    /// What a path names: a file, or the preset of that name where there is no such file.
+    /// Interprets a path: a file, or the preset of that name if there is no such file.
     pub(crate) fn named(path: Option<&'a Path>) -> Sources<'a> {
         let preset = path.and_then(named_preset);
         Sources { preset, file: path.filter(|_| preset.is_none()), ..Sources::default() }
@@ -38,15 +39,15 @@ impl<'a> Sources<'a> {
     }
 }
 
-/// A configuration, and where each part of it came from.
+/// A configuration, and where each part of it comes from.
 #[derive(Debug)]
 pub(crate) struct Layered {
     pub(crate) config: PipelineConfig,
-    /// A section or a setting, and who settled it; the later one counts.
+    /// A section or a setting, and the layer that set it; later entries take precedence.
     origins: Vec<(String, String)>,
 }
 
-/// Puts the layers on each other.
+/// Combines the layers.
 pub(crate) fn resolve(sources: &Sources<'_>) -> Result<Layered> {
     let folder_file = sources.folder.map(|folder| folder.join(FOLDER_FILE)).filter(|path| path.is_file());
     let mut texts: Vec<(String, String)> = Vec::new();
@@ -69,7 +70,7 @@ pub(crate) fn resolve(sources: &Sources<'_>) -> Result<Layered> {
     for assignment in sources.set {
         let before = all_settings(&config)?;
         config = assigned(&config, assignment).with_context(|| format!("--set {assignment}"))?;
-        // Where another member is chosen, the rest of its settings are nobody's.
+        // If another member was chosen, the rest of its settings are defaults.
         let new = all_settings(&config)?.into_keys().filter(|key| !before.contains_key(key));
         origins.extend(new.map(|key| (key, DEFAULT.to_owned())));
         let key = assignment.split('=').next().unwrap_or_default().trim();
@@ -86,7 +87,7 @@ pub(crate) fn resolve(sources: &Sources<'_>) -> Result<Layered> {
 }
 
 impl Layered {
-    /// Every setting with who settled it, a line each.
+    /// Returns every setting with its origin, one per line.
     pub(crate) fn explained(&self) -> Result<String> {
         let settings = all_settings(&self.config)?;
         let width = settings.iter().map(|(key, value)| key.len() + value.len() + 3).max().unwrap_or_default().min(70);
@@ -103,7 +104,7 @@ impl Layered {
     }
 }
 
-/// Every setting as TOML, under its whole name.
+/// Returns every setting as TOML, by its full name.
 pub(crate) fn all_settings(config: &PipelineConfig) -> Result<BTreeMap<String, String>> {
     let table = toml::Table::try_from(config).context("the configuration cannot be written as TOML")?;
     let mut settings = BTreeMap::new();

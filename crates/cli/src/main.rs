@@ -1,8 +1,8 @@
 //! The program `congruent`: registers raw 3D scans.
 //!
-//! Exit codes: 0 done, 1 the pair could not be registered (the verdict says why) or some pair of a batch has no verdict,
-//! 2 bad input or configuration, 130 a batch was interrupted.
-//! Results go to stdout, everything for the eye to stderr.
+//! Exit codes: 0 success; 1 the pair could not be registered (the verdict says why) or, in commands for many pairs or
+//! scans, some of them have no result; 2 bad input or configuration; 130 a batch was interrupted. Results go to stdout,
+//! everything else to stderr.
 
 mod args;
 mod batch;

@@ -1,9 +1,9 @@
-//! The only places that print.
+//! The only functions that print.
 
 use anyhow::{Context, Result};
 use std::io::{ErrorKind, Write};
 
-/// Data, for stdout. A reader that has closed the pipe is no error.
+/// Prints data to stdout. A reader that has closed the pipe is not an error.
 pub(crate) fn data(text: &str) -> Result<()> {
     let mut out = std::io::stdout().lock();
     match writeln!(out, "{text}").and_then(|()| out.flush()) {
@@ -12,12 +12,12 @@ pub(crate) fn data(text: &str) -> Result<()> {
     }
 }
 
-/// A remark for people, on stderr. Where that is closed, nobody reads it, and the work goes on.
+/// Prints a remark for people to stderr. If stderr is closed, the remark is lost and the work continues.
 pub(crate) fn remark(text: &str) {
     drop(writeln!(std::io::stderr().lock(), "{text}"));
 }
 
-/// What went wrong, on stderr.
+/// Prints an error message to stderr.
 pub(crate) fn complain(text: &str) {
     remark(&format!("error: {text}"));
 }

@@ -1,9 +1,10 @@
-//! Where results may be written: not over what is read, not twice in one place, not where there is no folder.
+//! Where results may be written: not over an input, not twice to the same file, and not into a folder that does not
+//! exist.
 
 use anyhow::{Result, bail};
 use std::path::{Path, PathBuf};
 
-/// Refuses, before any work is done, what could not be written or would destroy something.
+/// Refuses, before any work is done, outputs that could not be written or would destroy something.
 pub(crate) fn check(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
     let mut taken: Vec<PathBuf> = Vec::new();
     for output in outputs {
@@ -11,7 +12,7 @@ pub(crate) fn check(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
         if output.is_dir() {
             bail!("{shown}: is a directory; name a file");
         }
-        // Devices and pipes can be written to twice, and hold nothing.
+        // Devices and pipes can be written to more than once, and have no content to lose.
         if output.exists() && !output.is_file() {
             continue;
         }
@@ -29,7 +30,7 @@ pub(crate) fn check(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
     Ok(())
 }
 
-/// One name for all that lead to the same file; nothing where its folder does not exist.
+/// Returns one name for all paths that lead to the same file; `None` if its folder does not exist.
 fn place(path: &Path) -> Option<PathBuf> {
     path.canonicalize().ok().or_else(|| {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));

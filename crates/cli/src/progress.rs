@@ -1,10 +1,10 @@
-//! Progress for the eye: one line on stderr, and nothing where stderr is no terminal.
+//! Progress display: one line on stderr, and nothing if stderr is not a terminal.
 
 use congruent_pipeline::Stage;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 
-/// A bar over the stages of the chain.
+/// A progress bar over the stages of the pipeline.
 pub(crate) struct Progress(ProgressBar);
 
 impl Progress {
@@ -22,12 +22,12 @@ impl Progress {
     }
 }
 
-/// Stderr where somebody looks at it.
+/// Returns stderr if it is a terminal, otherwise a hidden target.
 fn target() -> ProgressDrawTarget {
     if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() }
 }
 
-/// A bar over the pairs of a batch.
+/// A progress bar over many pairs.
 pub(crate) struct Bar(ProgressBar);
 
 impl Bar {

@@ -3,7 +3,8 @@
 use congruent_pipeline::{Predictors, Registration};
 use serde::Serialize;
 
-/// Limits between for and against. They only choose words: the confidence is computed from the figures themselves.
+/// Limits between for and against. They only affect the wording: the confidence is computed from the figures
+/// themselves.
 const MUCH_OVERLAP: f64 = 0.15;
 const CLOSE_PR: f64 = 0.5;
 const FEW_CONTRADICTIONS: f64 = 0.005;
@@ -22,7 +23,7 @@ pub(crate) struct Reasons {
 }
 
 impl Reasons {
-    /// Nothing where the surfaces were not compared.
+    /// Returns `None` if the surfaces were not compared.
     pub(crate) fn of(registration: &Registration) -> Option<Reasons> {
         let matches = registration.counts.correspondences;
         registration.predictors.map(|measured| Reasons::new(&measured, registration.counts.inliers, matches))

@@ -21,42 +21,43 @@ pub(crate) struct Report {
     target_from_source: Option<[[f64; 4]; 4]>,
     verdict: VerdictKind,
     reason: Option<String>,
-    /// Where the verdict is ambiguous: the other poses, best first.
+    /// If the verdict is ambiguous, the other poses, best first.
     alternatives: Vec<Alternative>,
     confidence: f64,
     score: Option<f64>,
     /// Decimal logarithm of the number of random poses that would have as many inliers.
     log10_false_alarms: Option<f64>,
-    /// From where the scans were taken to be seen: source, target.
+    /// The viewpoints from which the scans were assumed to be seen: source, target.
     views: Option<[View; 2]>,
-    /// Mean squared parting of the surfaces for a unit motion in each of six independent directions, ascending: small
-    /// numbers are directions in which the surfaces slide on each other. Null for a motion that `--yaw-only` forbids.
+    /// Mean squared separation of the surfaces for a unit motion in each of six independent directions, ascending;
+    /// small values belong to directions in which the surfaces slide along each other. Null for a motion that
+    /// `--yaw-only` forbids.
     stiffness: Option<[f64; 6]>,
-    /// The stiffness that noise of the normals alone would make of a plane.
+    /// The stiffness that a plane would appear to have because its normals are noisy.
     stiffness_noise: Option<f64>,
-    /// How good the pose is, where it was refined.
+    /// How accurate the pose is, if it was refined.
     uncertainty: Option<Uncertainty>,
-    /// How the two surfaces lie on each other under the pose.
+    /// How well the two surfaces fit under the pose.
     agreement: Option<Agreement>,
-    /// What speaks for the answer and what against it, where the surfaces were looked at.
+    /// Evidence for and against the answer, if the surfaces were compared.
     reasons: Option<Reasons>,
     counts: Counts,
-    /// Mean distance between neighbouring points: of the scans as they came, and of the sampled clouds (`pr`).
+    /// Mean distance between neighbouring points: of the scans as read, and of the sampled clouds (`pr`).
     resolution: Resolution,
-    /// The attempt that gave the answer.
+    /// The attempt that produced the answer.
     attempt: Attempt,
-    /// Every length of that attempt's settings, in data units.
+    /// All lengths in the settings of that attempt, in data units.
     lengths: BTreeMap<String, f64>,
     seed: u64,
     timings: BTreeMap<&'static str, f64>,
 }
 
-/// In what an attempt differed from the configuration.
+/// How an attempt differed from the configuration.
 #[derive(Debug, Serialize)]
 struct Attempt {
-    /// Settings that were others, as TOML, by name.
+    /// Settings that were different, as TOML, by name.
     changed: BTreeMap<String, String>,
-    /// Of the normals.
+    /// Signs of the normals.
     signs: Signs,
 }
 
@@ -72,15 +73,15 @@ impl Attempt {
 /// (data units), along the axes of the target.
 #[derive(Debug, Serialize)]
 struct Uncertainty {
-    /// Of the motion, row by row; zero along the free directions.
+    /// Covariance of the motion, row by row; zero along the free directions.
     covariance: [[f64; 6]; 6],
-    /// The point: the middle of the overlap, file coordinates of the target.
+    /// The point: the centroid of the overlap, file coordinates of the target.
     about: [f64; 3],
     /// Standard deviation about the least certain axis, degrees.
     rotation_deg: f64,
     /// Standard deviation of that point along the least certain direction, data units.
     translation: f64,
-    /// Unit motions that the surfaces do not hold.
+    /// Unit motions that the surfaces do not constrain.
     free_directions: Vec<[f64; 6]>,
 }
 
@@ -98,9 +99,9 @@ impl From<&congruent_refinement::Uncertainty> for Uncertainty {
 
 #[derive(Debug, Serialize)]
 struct View {
-    /// File coordinates; nothing where no single viewpoint explains the scan.
+    /// File coordinates; null if no single viewpoint explains the scan.
     viewpoint: Option<[f64; 3]>,
-    /// Whether the side that the normals point to is sure.
+    /// Whether the side to which the normals point is certain.
     sure: bool,
 }
 
@@ -120,7 +121,7 @@ struct Agreement {
     disagreeing: f64,
 }
 
-/// The source's and the target's, where there are two.
+/// Numbers of items; pairs of numbers are for the source and the target.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Counts {
     pub(crate) points: [usize; 2],
@@ -213,7 +214,7 @@ impl Report {
         serde_json::to_string_pretty(self).expect("numbers, strings and lists can be written as JSON")
     }
 
-    /// For people.
+    /// Returns a summary for people.
     pub(crate) fn summary(&self) -> String {
         let mut text = String::new();
         let mut line =
@@ -278,8 +279,8 @@ impl Report {
     }
 }
 
-/// Every length of the answering attempt's settings under its key, in data units. Those of `sampling` refer to the scans as they
-/// came.
+/// Returns all lengths in the settings of the attempt that produced the answer, by their keys, in data units. Those of
+/// `sampling` refer to the resolution of the scans as read.
 fn resolved_lengths(registration: &Registration) -> BTreeMap<String, f64> {
     let length = |(key, text): (String, String)| {
         let length: Length = text.trim_matches('"').parse().ok()?;
