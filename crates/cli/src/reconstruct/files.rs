@@ -1,4 +1,4 @@
-//! What is put into the output folder.
+//! Writes the files of the output folder.
 
 use super::model;
 use super::outcome::{Outcome, ScanLine};
@@ -18,7 +18,7 @@ const POSES: &str = "poses.csv";
 const GRAPH: &str = "graph.g2o";
 const PAGE: &str = "report.html";
 
-/// Writes everything but the rows, which are there.
+/// Writes everything except the rows, which are already there.
 pub(crate) fn write(args: &ReconstructArgs, ended: &Ended<'_>, outcome: &Outcome, surfaces: &Surfaces) -> Result<()> {
     let folder = &args.output;
     write_file(&folder.join(POSES), poses_csv(&outcome.scans).as_bytes())?;
@@ -43,7 +43,7 @@ pub(crate) fn write(args: &ReconstructArgs, ended: &Ended<'_>, outcome: &Outcome
     Ok(())
 }
 
-/// A line a scan; without a place all but the name and the problem are empty.
+/// Returns one line per scan; for a scan without a place, component, pose and uncertainty are empty.
 fn poses_csv(scans: &[ScanLine]) -> String {
     let matrix: Vec<String> = (0..16).map(|i| format!("m{}{}", i / 4, i % 4)).collect();
     let mut text = format!("scan,component,{},uncertainty,touches,overlap,problem\n", matrix.join(","));
@@ -62,8 +62,9 @@ fn poses_csv(scans: &[ScanLine]) -> String {
     text
 }
 
-/// The scan's name with another ending; the whole name with the ending added where two scans would have the same one, folders
-/// of it as words, and a number where that does not tell them apart either. All are names of files in the output folder.
+/// Returns the name of each scan's pose file in the output folder: the stem of the scan's name; its whole name, with
+/// path separators replaced by `_`, if several scans have the same stem; preceded by the scan's number if that name is
+/// taken, too.
 fn pose_names(scans: &[ScanLine]) -> Vec<String> {
     let stem = |scan: &ScanLine| -> String {
         let name = Path::new(&scan.scan).file_stem().unwrap_or_default();
@@ -80,10 +81,11 @@ fn pose_names(scans: &[ScanLine]) -> Vec<String> {
     names
 }
 
-/// The graph for other solvers: a vertex a placed scan (numbered as in poses.csv, from zero), an edge a contact.
+/// Returns the graph for other solvers: one vertex per placed scan (numbered as in poses.csv, from zero), and one edge
+/// per contact.
 ///
-/// An edge `i j` holds `i_from_j`. Information is for translation and the vector part of the error's quaternion, which is
-/// half of the rotation vector, in the frame of `j`: `Z⁻¹ X_i⁻¹ X_j`.
+/// An edge `i j` holds `i_from_j`. Its information is for the translation and the vector part of the error's
+/// quaternion, which is half of the rotation vector, in the frame of `j`: `Z⁻¹ X_i⁻¹ X_j`.
 fn g2o(ended: &Ended<'_>, outcome: &Outcome) -> String {
     let mut text = String::new();
     for (at, scan) in outcome.scans.iter().enumerate() {
@@ -105,13 +107,13 @@ fn origin(ended: &Ended<'_>, at: usize) -> Vector3<f64> {
     ended.survey.scans[at].as_ref().map_or_else(|_| Vector3::zeros(), |scan| scan.centre)
 }
 
-/// Translation, then the quaternion as x y z w.
+/// Returns the translation, then the quaternion as x y z w.
 fn seven(pose: &RigidTransform) -> String {
     let (t, q) = (pose.translation.vector, pose.rotation.coords);
     [t.x, t.y, t.z, q.x, q.y, q.z, q.w].map(|v| format!("{v:?}")).join(" ")
 }
 
-/// Translation before rotation, for the source as its file has it.
+/// Returns the information of an edge with translation before rotation, for the source in its file's coordinates.
 fn in_g2o_order(edge: &Edge, source_origin: &Vector3<f64>) -> Matrix6<f64> {
     let centred_from_file = RigidTransform::from_parts((-source_origin).into(), nalgebra::UnitQuaternion::identity());
     let ours = edge.information_in_source(&centred_from_file);
@@ -131,7 +133,7 @@ mod tests {
     use congruent_geometry::random::Stream;
     use nalgebra::Vector6;
 
-    /// `f` of our error and `f` of g2o's, for file coordinates far from the origin, must be the same number.
+    /// Our error and that of g2o must give the same cost, for file coordinates far from the origin.
     #[test]
     fn g2o_sees_the_same_cost() {
         let mut stream = Stream::new(4, 0);

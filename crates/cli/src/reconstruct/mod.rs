@@ -1,4 +1,4 @@
-//! What `congruent reconstruct` makes of the rows of a batch, and what it writes.
+//! Turns the rows of a batch into the result of `congruent reconstruct`, and writes it.
 
 mod files;
 mod model;

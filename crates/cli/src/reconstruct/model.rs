@@ -1,4 +1,4 @@
-//! Scans under their poses, one cloud with a colour a scan.
+//! The scans placed by their poses, as one cloud with one colour per scan.
 
 use crate::commands::{Reading, load_as};
 use anyhow::Result;
@@ -7,13 +7,13 @@ use congruent_io::write_coloured_ply;
 use nalgebra::Point3;
 use std::path::{Path, PathBuf};
 
-/// Turns of the colour circle from one scan to the next: by the golden ratio, no two of few are alike.
+/// Fraction of the colour circle from one scan to the next: with the golden ratio, no two of a few colours are alike.
 const TURN: f64 = 0.618_033_988_749_895;
 
-/// The colour of the `i`-th scan.
+/// Returns the colour of the `i`-th scan.
 pub(super) fn colour(i: usize) -> [u8; 3] {
     let hue = (0.58 + TURN * i as f64).fract() * 6.0;
-    // Darker and lighter in turn, so that neighbours on the circle differ.
+    // Alternately darker and lighter, so that neighbours on the circle differ.
     let value = [0.85, 0.65, 0.95][i % 3];
     let channel = |offset: f64| {
         let k = (offset + hue) % 6.0;
@@ -23,7 +23,7 @@ pub(super) fn colour(i: usize) -> [u8; 3] {
     [channel(5.0), channel(3.0), channel(1.0)]
 }
 
-/// Writes the scans in one frame. With `voxel` (data units) each scan is thinned to one point a cell.
+/// Writes the scans in one frame. With `voxel` (data units), each scan is thinned to one point per cell.
 pub(super) fn write(
     path: &Path,
     scans: &[(usize, PathBuf, RigidTransform)],

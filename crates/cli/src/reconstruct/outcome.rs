@@ -1,4 +1,4 @@
-//! The result in terms of files.
+//! The result, with scans named as their files are.
 
 use super::words::{fate_name, fate_words, overview};
 use crate::batch::Ended;
@@ -13,16 +13,16 @@ use std::path::Path;
 #[derive(Debug, Serialize)]
 pub(crate) struct Outcome {
     version: &'static str,
-    /// What `pr` meant.
+    /// The length that `pr` stands for.
     pub(super) resolution: f64,
-    /// Scans of each component of two or more, largest first.
+    /// The scans of each component that has at least two, largest component first.
     pub(super) components: Vec<Vec<String>>,
     pub(super) scans: Vec<ScanLine>,
-    /// A line for each pose that a pair proposed.
+    /// One line for each pose that a pair proposed.
     pub(super) pairs: Vec<PairLine>,
     /// Whether all scans that touch were refined together.
     pub(super) refined: bool,
-    /// What the poses rest on.
+    /// The contacts that the poses are based on.
     pub(super) contacts: Vec<ContactLine>,
     #[serde(skip)]
     pub(super) edges: Vec<(Edge, Touch)>,
@@ -31,17 +31,17 @@ pub(crate) struct Outcome {
 #[derive(Debug, Serialize)]
 pub(super) struct ScanLine {
     pub(super) scan: String,
-    /// From one; nothing for a scan that fits nowhere.
+    /// Counted from one; null for a scan that fits nowhere.
     pub(super) component: Option<usize>,
-    /// Row by row; maps the file's coordinates into the frame of the component, that of its first scan.
+    /// Row by row; maps the file's coordinates into the frame of the component, which is that of its first scan.
     pub(super) frame_from_scan: Option<[[f64; 4]; 4]>,
-    /// How far its points may be off against those of the component's first scan, from independent noise alone.
+    /// Error of its points relative to those of the component's first scan, from independent noise alone.
     pub(super) uncertainty: Option<f64>,
-    /// Scans that it touches.
+    /// Number of scans that it touches.
     pub(super) touches: usize,
-    /// Largest share of its points that touch one of them.
+    /// Largest fraction of its points that touch one of these.
     pub(super) overlap: f64,
-    /// Why it has no place.
+    /// Why it could not be placed.
     pub(super) problem: Option<String>,
     #[serde(skip)]
     pub(super) frame_from_file: Option<RigidTransform>,
@@ -59,7 +59,7 @@ pub(super) struct PairLine {
     pub(super) reason: String,
     #[serde(skip)]
     pub(super) ends: [usize; 2],
-    /// Whether the poses rest on it, or could.
+    /// Whether the poses are based on it, or could be.
     #[serde(skip)]
     pub(super) is_used: bool,
 }
@@ -68,17 +68,17 @@ pub(super) struct PairLine {
 pub(super) struct ContactLine {
     pub(super) source: String,
     pub(super) target: String,
-    /// Share of the source's points that touch the target.
+    /// Fraction of the source's points that touch the target.
     pub(super) overlap: f64,
-    /// Root mean square distance where they do.
+    /// Root mean square distance of these points.
     pub(super) residual: f64,
     #[serde(skip)]
     pub(super) ends: [usize; 2],
 }
 
-/// The pairs that were registered, and what they propose.
+/// The registered pairs, and the poses that they propose.
 pub(crate) struct Pairs<'a> {
-    /// Of the rows.
+    /// Ids of the rows.
     pub(crate) ids: &'a [String],
     pub(crate) registered: &'a [Registered],
     pub(crate) proposals: &'a [Proposal],
@@ -151,7 +151,7 @@ impl Outcome {
         }
     }
 
-    /// Whether every scan is in one frame.
+    /// Returns whether all scans are in one frame.
     pub(crate) fn is_complete(&self) -> bool {
         self.scans.iter().all(|scan| scan.component == Some(1))
     }

@@ -1,4 +1,4 @@
-//! The page of a reconstruction: the model, the graph, and who touches whom.
+//! The page of a reconstruction: the model, the graph, and which scans touch each other.
 
 use super::model::colour;
 use super::outcome::{Outcome, PairLine};
@@ -8,13 +8,13 @@ use congruent_reconstruction::Surfaces;
 use congruent_report::{Block, Cell, Layer, Lines, Page, Points, Scene, State, Table, Tone, digits};
 use nalgebra::Point3;
 
-/// Points of all scans of a view together.
+/// Maximum number of points of all scans together in one view.
 const MAX_POINTS: usize = 300_000;
 const KEPT: &str = "#1b8a5a";
 const REJECTED: &str = "#c0392b";
 const CONTACT: &str = "#999999";
 
-/// The whole page.
+/// Builds the whole page.
 pub(super) fn page(outcome: &Outcome, surfaces: &Surfaces) -> Page {
     let mut blocks = vec![verdict(outcome)];
     for number in 1..=outcome.components.len() {
@@ -56,7 +56,7 @@ fn verdict(outcome: &Outcome) -> Block {
     Block::Verdict(tone, word.to_owned(), lines.join(". ") + ".")
 }
 
-/// The scans of a component, as they are placed and as they came, and the graph over them.
+/// Shows the scans of a component, as scanned and as placed, and the graph over them.
 fn scene(outcome: &Outcome, surfaces: &Surfaces, number: usize) -> Scene {
     let members: Vec<usize> =
         (0..outcome.scans.len()).filter(|&at| outcome.scans[at].component == Some(number)).collect();
@@ -68,7 +68,7 @@ fn scene(outcome: &Outcome, surfaces: &Surfaces, number: usize) -> Scene {
     let graph = |name: &str, colour: &str, shown: bool, ends: Vec<[usize; 2]>| {
         let middle = |at: usize| pose(at) * Point3::from(surfaces.origin(at));
         let segments = ends.iter().map(|ends| ends.map(middle)).collect();
-        // One body beyond the scans rests in the frame that is shown.
+        // The body after the last scan does not move in the frame that is shown.
         let rest = outcome.scans.len();
         Layer::Lines(Lines { name: name.to_owned(), bodies: [rest, rest], segments, colour: colour.to_owned(), shown })
     };

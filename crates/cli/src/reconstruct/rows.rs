@@ -1,14 +1,14 @@
-//! From the rows of a batch to registered pairs.
+//! Turns the rows of a batch into registered pairs.
 
 use crate::batch::{Ended, Row};
 use congruent_geometry::from_rows;
 use congruent_reconstruction::Registered;
 use std::collections::HashMap;
 
-/// Rows were written with all their digits.
+/// Small, because rows are written with all digits.
 const TOLERANCE: f64 = 1e-6;
 
-/// The pairs that came to a verdict, each with the id of its row, in the order of the rows.
+/// Returns the pairs that have a verdict, each with the id of its row, in the order of the rows.
 pub(crate) fn registered(ended: &Ended<'_>) -> (Vec<String>, Vec<Registered>) {
     let place: HashMap<&str, usize> =
         ended.input.scans.iter().enumerate().map(|(at, scan)| (scan.name.as_str(), at)).collect();

@@ -4,7 +4,7 @@ use super::outcome::Outcome;
 use congruent_multiway::Fate;
 use std::collections::BTreeMap;
 
-/// Names that are listed before the rest is counted.
+/// Maximum number of names that are listed; the rest are counted.
 const LISTED: usize = 8;
 
 pub(super) fn fate_name(fate: Option<&Fate>) -> &'static str {
@@ -19,7 +19,7 @@ pub(super) fn fate_name(fate: Option<&Fate>) -> &'static str {
     }
 }
 
-/// Why; `pr` in data units.
+/// Explains what became of a pose; `pr` in data units.
 pub(super) fn fate_words(fate: Option<&Fate>, pr: f64) -> String {
     match fate {
         None => "the surfaces hardly touch under it".to_owned(),
@@ -34,7 +34,7 @@ pub(super) fn fate_words(fate: Option<&Fate>, pr: f64) -> String {
     }
 }
 
-/// The summary, a line each.
+/// Returns the lines of the summary.
 pub(super) fn overview(outcome: &Outcome) -> Vec<String> {
     let placed = outcome.scans.iter().filter(|scan| scan.component.is_some()).count();
     let mut lines = vec![match outcome.components.as_slice() {
