@@ -87,7 +87,7 @@ pub(crate) struct DemoArgs {
     pub(crate) run: RunArgs,
 }
 
-/// Three finite numbers with commas between them.
+/// Parses three finite numbers separated by commas.
 pub(super) fn coordinates(text: &str) -> Result<[f64; 3], String> {
     let numbers: Option<Vec<f64>> =
         text.split(',').map(|part| part.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();

@@ -70,7 +70,7 @@ pub(crate) struct MergeArgs {
     pub(crate) output: PathBuf,
 }
 
-/// A number with one of the suffixes, times what it stands for.
+/// Parses a positive number and multiplies it by the value of its suffix, if it has one.
 fn scaled(text: &str, suffixes: &[(&str, f64)]) -> Option<f64> {
     let (number, scale) =
         suffixes.iter().find_map(|(suffix, scale)| Some((text.strip_suffix(suffix)?, *scale))).unwrap_or((text, 1.0));

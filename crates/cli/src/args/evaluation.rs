@@ -1,4 +1,4 @@
-//! `evaluate`, `experiment` and `simulate`: pairs with a known truth.
+//! `evaluate`, `experiment` and `simulate`: pairs with ground truth.
 
 use super::RunArgs;
 use clap::{Args as ClapArgs, ValueEnum};
@@ -22,7 +22,7 @@ pub(crate) struct DatasetArgs {
     pub(crate) min_overlap: Option<f64>,
 }
 
-/// As it is written in the configuration of an experiment.
+/// Parses a nuisance as it is written in the configuration of an experiment.
 fn nuisance(text: &str) -> Result<Nuisance, String> {
     #[derive(serde::Deserialize)]
     struct Parsed {

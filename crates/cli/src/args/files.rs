@@ -1,4 +1,4 @@
-//! `inspect` and `convert`: scan files by themselves.
+//! `inspect` and `convert`: single scan files.
 
 use super::stages::data_units;
 use clap::Args as ClapArgs;

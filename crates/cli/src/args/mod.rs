@@ -28,7 +28,7 @@ use std::path::PathBuf;
 #[command(
     name = "congruent",
     version,
-    // Lines are as long as they are, whatever other crates ask of clap.
+    // Lines are never wrapped, whichever features of clap other crates enable.
     term_width = 0,
     after_help = "Exit codes: 0 done, 1 not registered (the verdict says why), 2 bad input or configuration, 130 interrupted."
 )]
@@ -112,7 +112,7 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// How many threads it may use, where it lets that be said.
+    /// Returns the number of threads that was asked for, if the command has that option.
     pub(crate) fn threads(&self) -> Option<u16> {
         let run = match self {
             Command::Align(args) => &args.run,

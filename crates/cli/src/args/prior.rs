@@ -1,4 +1,4 @@
-//! What a user knows of a pose beforehand.
+//! What the user knows about a pose beforehand.
 
 use super::align::coordinates;
 use clap::Args as ClapArgs;

@@ -42,7 +42,7 @@ pub(crate) struct ReconstructArgs {
 }
 
 impl ReconstructArgs {
-    /// The batch that registers the pairs.
+    /// Returns the arguments of the batch that registers the pairs.
     pub(crate) fn batch(&self, pairs: PairChoice) -> BatchArgs {
         BatchArgs {
             input: self.folder.clone(),

@@ -1,4 +1,4 @@
-//! The commands that run a stage by itself.
+//! The commands that run a single stage.
 
 use super::RunArgs;
 use clap::Args as ClapArgs;
@@ -75,7 +75,7 @@ pub(crate) struct StageArgs {
     pub(crate) run: RunArgs,
 }
 
-/// A length that does not need a resolution.
+/// Parses a length that does not need a resolution.
 pub(super) fn data_units(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(Length::Units(units)) => Ok(units),
