@@ -1,4 +1,4 @@
-//! Scans of different data sets, brought to one resolution so that they are not told apart by their size.
+//! Scans of different data sets, scaled to the same resolution so that size does not distinguish them.
 
 use super::{Objects, Scene, Trial};
 use anyhow::{Context, Result};
@@ -11,12 +11,12 @@ use congruent_simulation::nuisances::scaled;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Draws in vain, for each pair that is wanted, before there are taken to be no more.
+/// Draws per wanted pair, after which no further pairs are looked for.
 const MAX_DRAWS: usize = 50;
-/// Points at which a resolution is measured.
+/// Number of points at which a resolution is measured.
 const MEASURED_AT: usize = 4000;
 
-/// `n` pairs, or fewer where there are not so many. Data sets that are `alike` are not crossed with each other.
+/// Returns `n` pairs, or fewer if there are not as many. Data sets in `alike` are not crossed with each other.
 pub(super) fn trials<'a>(
     datasets: &'a [Dataset],
     objects: &Objects<'a>,

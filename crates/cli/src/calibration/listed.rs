@@ -1,4 +1,4 @@
-//! Pairs of a data set: those that it lists, as they came, moved and mirrored, and those that it does not list.
+//! Pairs of a data set: those that it lists, as provided, moved and mirrored, and those that it does not list.
 
 use super::{Objects, Scene, SceneMaker, Trial};
 use anyhow::Result;
@@ -12,10 +12,10 @@ use nalgebra::{Translation3, Vector3};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::Path;
 
-/// Scans are moved by at most this many times the size of their coordinates.
+/// Scans are moved along each axis by at most this many times their largest coordinate.
 const REACH: f64 = 5.0;
 
-/// All pairs of a data set whose truth is known.
+/// Returns all pairs of a data set whose truth is known.
 pub(super) fn trials<'a>(dataset: &'a Dataset, objects: &Objects<'a>) -> Vec<Trial<'a>> {
     let groups = |pair: &TruePair| vec![objects.shown_in(&pair.source_file)];
     let listed = dataset.pairs.iter().flat_map(|pair| {
@@ -43,7 +43,7 @@ fn scene(pair: &TruePair) -> Result<Scene> {
     Ok(Scene { scans, target_from_source: Some(pair.target_from_source) })
 }
 
-/// The same with a random motion of each scan, by which it also forgets where its scanner stood.
+/// Moves each scan by a random motion of its own and discards its viewpoint.
 fn each_moved(scene: Scene, name: &str) -> Scene {
     let mut stream = Stream::new(name.bytes().fold(0, |hash, byte| hash * 31 % 1_000_003 + u64::from(byte)), 0);
     let mut motion = |size: f64| {
@@ -62,18 +62,18 @@ fn each_moved(scene: Scene, name: &str) -> Scene {
     Scene { scans, target_from_source: truth }
 }
 
-/// The source with one axis the other way round, as of a file whose axes are exchanged.
+/// Mirrors the source along one axis, as in a file whose axes are exchanged.
 fn mirrored(mut scene: Scene) -> Scene {
     let source = &mut scene.scans.source;
     source.points.iter_mut().for_each(|p| p[0] = -p[0]);
     source.normals.iter_mut().flatten().for_each(|n| n[0] = -n[0]);
-    // What was counter-clockwise is clockwise.
+    // Mirroring turns counter-clockwise into clockwise.
     source.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
     source.viewpoint = source.viewpoint.map(|[x, y, z]| [-x, y, z]);
     Scene { target_from_source: None, ..scene }
 }
 
-/// Pairs of scans that the data set does not list but whose truth follows from pairs that it lists.
+/// Returns the pairs of scans that the data set does not list but whose truth follows from pairs that it lists.
 fn unlisted(dataset: &Dataset) -> Vec<TruePair> {
     let mut files: BTreeMap<&str, &Path> = BTreeMap::new();
     let mut steps: BTreeMap<&str, Vec<(&str, RigidTransform)>> = BTreeMap::new();
@@ -104,7 +104,7 @@ fn unlisted(dataset: &Dataset) -> Vec<TruePair> {
     found
 }
 
-/// All scans that a chain of truths leads to, by the fewest steps.
+/// Returns all scans to which a chain of listed poses leads, with the pose by the fewest steps.
 fn reached<'a>(
     start: &'a str,
     steps: &BTreeMap<&'a str, Vec<(&'a str, RigidTransform)>>,

@@ -1,4 +1,4 @@
-//! `congruent calibrate`: registers pairs whose truth is known, and fits the confidence to what came of it.
+//! `congruent calibrate`: registers pairs whose truth is known, and fits the confidence to the outcomes.
 
 mod crossed;
 mod listed;
@@ -21,32 +21,32 @@ use objects::Objects;
 use rows::Rows;
 use std::process::ExitCode;
 
-/// Some pairs had a scan that could not be used.
+/// Exit code if some pairs had a scan that could not be used.
 const SOME_ERRORS: u8 = 1;
 
-/// No more attempts are made once one is so sure: whatever the calibration, it would be believed.
+/// No further attempt is made after one with this confidence: it would be accepted with any calibration.
 const BEYOND_DOUBT: f64 = 0.9999;
 
-/// Poses that come close are looked at where an answer has at least this confidence: any that could be believed.
+/// Rival poses are examined for answers with at least this confidence, that is, for all that could be accepted.
 const BELIEVABLE: f64 = 0.2;
 
 /// A pair to be registered.
 struct Trial<'a> {
-    /// Unique.
+    /// Unique name.
     id: String,
-    /// What its scans belong to: at least one name, which others share that show the same.
+    /// Names of the objects that its scans show, at least one; all trials that show the same object have its name.
     groups: Vec<String>,
     origin: Origin,
-    /// Loads or makes the scans.
+    /// Loads or generates the scans.
     scene: SceneMaker<'a>,
 }
 
 type SceneMaker<'a> = Box<dyn Fn() -> Result<Scene> + Send + Sync + 'a>;
 
-/// Two scans and what is known of them.
+/// Two scans, and what is known about them.
 struct Scene {
     scans: Pair<RawScan>,
-    /// Nothing where no pose is right.
+    /// `None` if no pose is right.
     target_from_source: Option<RigidTransform>,
 }
 
@@ -85,7 +85,7 @@ fn trials<'a>(args: &CalibrateArgs, datasets: &'a [Dataset], seed: u64) -> Vec<T
     trials
 }
 
-/// Adds the rows that are not there yet; how many pairs could not be used.
+/// Adds the rows that are missing; returns the number of pairs that could not be used.
 fn register_all(trials: &[Trial<'_>], config: &PipelineConfig, rows: &mut Rows) -> Result<usize> {
     let bar = Bar::new(trials.len() as u64);
     let mut errors = 0;
@@ -114,7 +114,8 @@ fn registered(trial: &Trial<'_>, config: &PipelineConfig) -> Result<CalibrationR
     Ok(CalibrationRow { id: trial.id.clone(), groups: trial.groups.clone(), origin: trial.origin, attempts })
 }
 
-/// How far a pose is off, `pr`: on the surface that both scans have, on the whole source where that is too little.
+/// Returns the error of a pose, `pr`: over the surface that both scans share, or over the whole source if they share
+/// too little.
 fn error_pr(scans: Pair<&Scan>, truth: &RigidTransform, pose: &RigidTransform) -> f64 {
     let known = GroundTruth::of_scans(Pair { source: scans.source, target: scans.target }, truth);
     known.errors(pose).map_or_else(
@@ -126,7 +127,7 @@ fn error_pr(scans: Pair<&Scan>, truth: &RigidTransform, pose: &RigidTransform) -
     )
 }
 
-/// The coefficients as a file, with what they come from.
+/// Returns the coefficients as a TOML file, with comments on their origin.
 fn calibration_file(validation: &Validation<'_>) -> Result<String> {
     let n_rows = validation.learnt_from();
     let (right_said, said, right) = validation.believed();

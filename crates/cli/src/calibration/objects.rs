@@ -1,4 +1,4 @@
-//! What the scans of data sets show: scans that a chain of listed pairs joins show one object or scene.
+//! What the scans of data sets show: scans connected by a chain of listed pairs show the same object or scene.
 
 use congruent_io::Dataset;
 use std::collections::BTreeMap;
@@ -8,7 +8,7 @@ use std::path::Path;
 pub(super) struct Objects<'a>(BTreeMap<&'a Path, String>);
 
 impl<'a> Objects<'a> {
-    /// Data sets that are `alike` show the same.
+    /// Data sets in `alike` show the same objects.
     pub(super) fn of(datasets: &'a [Dataset], alike: &[String]) -> Objects<'a> {
         let mut objects = BTreeMap::new();
         for dataset in datasets {
@@ -22,13 +22,13 @@ impl<'a> Objects<'a> {
         Objects(objects)
     }
 
-    /// What the scan in a file of the data sets shows.
+    /// Returns what the scan in a file of the data sets shows.
     pub(super) fn shown_in(&self, file: &Path) -> String {
         self.0.get(file).cloned().unwrap_or_else(|| file.display().to_string())
     }
 }
 
-/// For each scan the first of all that are joined with it.
+/// Returns, for each scan, the first of all scans connected with it.
 fn first_of_each(dataset: &Dataset) -> BTreeMap<&Path, &Path> {
     let mut first: BTreeMap<&Path, &Path> = BTreeMap::new();
     for pair in &dataset.pairs {

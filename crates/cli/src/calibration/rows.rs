@@ -1,4 +1,4 @@
-//! The rows of a calibration on disk: written as they come, found again after an interruption.
+//! The rows of a calibration on disk: written as they are made, and found again after an interruption.
 
 use crate::journal::{Journal, read_rows};
 use anyhow::{Context, Result};
@@ -12,14 +12,14 @@ const FILE: &str = "rows.jsonl";
 /// A line of the file.
 #[derive(Serialize, Deserialize)]
 struct Line {
-    /// Version, configuration and seed that the row comes from.
+    /// Fingerprint of the version, configuration and seed that produced the row.
     made_by: String,
     #[serde(flatten)]
     row: CalibrationRow,
 }
 
-/// Rows by the names of their pairs. Those that another version, configuration or seed has made stay in the file and count
-/// for nothing.
+/// Rows by the names of their pairs. Rows that another version, configuration or seed produced stay in the file but are
+/// ignored.
 pub(super) struct Rows {
     made_by: String,
     rows: BTreeMap<String, CalibrationRow>,
@@ -27,7 +27,8 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// The rows of a directory, ready for more; `made_by` stands for all that a row depends on besides its pair.
+    /// Opens the rows of a directory to add more; `made_by` identifies everything that a row depends on besides its
+    /// pair.
     pub(super) fn open(directory: &Path, made_by: String) -> Result<Rows> {
         std::fs::create_dir_all(directory).with_context(|| format!("{}: cannot be created", directory.display()))?;
         let path = directory.join(FILE);
@@ -42,12 +43,12 @@ impl Rows {
         self.rows.contains_key(id)
     }
 
-    /// The rows of these pairs, as far as they are there.
+    /// Returns the rows of these pairs, as far as they exist.
     pub(super) fn of<'i>(&self, ids: impl Iterator<Item = &'i str>) -> Vec<CalibrationRow> {
         ids.filter_map(|id| self.rows.get(id).cloned()).collect()
     }
 
-    /// Adds a row, on disk first.
+    /// Adds a row, first to the file.
     pub(super) fn add(&mut self, row: CalibrationRow) -> Result<()> {
         let line = Line { made_by: self.made_by.clone(), row };
         self.journal.append(&line)?;

@@ -1,4 +1,4 @@
-//! Virtual scans with exact truth, and those whose pose is open.
+//! Virtual scans: with exact truth, of objects that are merely similar, and of shapes that do not determine the pose.
 
 use super::{Scene, Trial};
 use congruent_evaluation::calibration::Origin;
@@ -14,20 +14,20 @@ use std::sync::Arc;
 
 const KINDS: [(&str, Kind); 4] =
     [("u3m-like", Kind::U3m), ("bmr-like", Kind::Bmr), ("u3or-like", Kind::U3or), ("bod5-like", Kind::Bod5)];
-/// Pairs that are taken from one group of a benchmark, evenly, so that many shapes take part.
+/// Maximum number of pairs taken from one group of a benchmark, evenly, so that many shapes take part.
 const PER_GROUP: usize = 4;
-/// Along the three axes: each makes another object of a figurine.
+/// Factors along the three axes; each of them turns a figurine into another object.
 const STRETCHES: [[f64; 3]; 3] = [[1.7, 0.7, 0.8], [0.8, 1.5, 0.8], [0.75, 0.75, 1.6]];
-/// Where the scanners look from: a little from above, and so many radii away.
+/// Position of the scanners: elevation in radians, and distance in radii of the object.
 const ELEVATION: f64 = 0.25;
 const DISTANCE_FACTOR: f64 = 3.5;
-/// Between the looks at two objects that are alike, radians, times 0 to 4.
+/// Angle between the views of two similar objects, radians; multiplied by 0 to 4.
 const TURN: f64 = 0.35;
-/// Views of a figurine from opposite sides: they share its outline at most.
+/// Range of the angle between views of a figurine from opposite sides, radians: they share its outline at most.
 const OPPOSITE: [f64; 2] = [2.4, PI];
 
-/// `n` pairs of each kind of benchmark, as many pairs of views that hardly overlap, and as many pairs of each way in which
-/// two objects are alike.
+/// Returns `n` pairs of each kind of benchmark, as many pairs of views that hardly overlap, and as many pairs of each
+/// way in which two objects are similar.
 pub(super) fn trials<'a>(n: usize, seed: u64) -> Vec<Trial<'a>> {
     let mut trials: Vec<Trial<'a>> = KINDS.iter().flat_map(|&(name, kind)| benchmark(name, kind, n, seed)).collect();
     trials.extend((0..n as u64).map(|number| opposite(number, seed)));
@@ -37,7 +37,7 @@ pub(super) fn trials<'a>(n: usize, seed: u64) -> Vec<Trial<'a>> {
     trials
 }
 
-/// `n` pairs of each shape that leaves the pose open.
+/// Returns `n` pairs of each shape that does not determine the pose.
 pub(super) fn open_trials<'a>(n: usize) -> Vec<Trial<'a>> {
     let all = Subject::ALL.iter().flat_map(|&subject| (0..n as u64).map(move |variant| (subject, variant)));
     all.map(|(subject, variant)| {
@@ -94,13 +94,13 @@ fn opposite<'a>(number: u64, seed: u64) -> Trial<'a> {
 /// How another object resembles a figurine.
 #[derive(Clone, Copy, Debug)]
 enum Relative {
-    /// It is the same, but longer one way and shorter the others.
+    /// It is the same object, but longer along one axis and shorter along the others.
     Stretched,
-    /// It is made of the same parts, elsewhere and of other sizes.
+    /// It is made of the same parts, in other places and of other sizes.
     Sibling,
 }
 
-/// Looks at two objects that have much in common, from small to middling images.
+/// Scans two objects that have much in common, with images of small to medium size.
 fn alike<'a>(relative: Relative, number: u64, seed: u64) -> Trial<'a> {
     let id = format!("alike/{relative:?}-{number}").to_lowercase();
     let scene = move || {
