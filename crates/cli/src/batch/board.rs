@@ -1,4 +1,4 @@
-//! Progress over many pairs: bars on a terminal, a line a pair elsewhere. All on stderr.
+//! Progress over many pairs, on stderr: bars on a terminal, one line per pair elsewhere.
 
 use crate::output;
 use congruent_pipeline::Stage;
@@ -6,9 +6,9 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What is shown while something is done many times.
+/// The progress display of a task with many parts.
 pub(super) struct Board {
-    /// Nothing where there is no terminal.
+    /// `None` if stderr is not a terminal.
     bars: Option<Bars>,
     all: usize,
     ended: AtomicUsize,
@@ -21,13 +21,13 @@ struct Bars {
 }
 
 impl Board {
-    /// With a line for each worker.
+    /// Makes a display with a line for each worker.
     pub(super) fn new(all: usize, what: &str, workers: usize) -> Board {
         let bars = std::io::stderr().is_terminal().then(|| Bars::new(all, what, workers));
         Board { bars, all, ended: AtomicUsize::new(0) }
     }
 
-    /// For what is soon over: one bar, and nothing where there is no terminal.
+    /// Makes a display for a short task: one bar, and nothing if stderr is not a terminal.
     pub(super) fn quiet(all: usize, what: &str) -> Board {
         Board::new(all, what, 0)
     }
@@ -44,13 +44,13 @@ impl Board {
         }
     }
 
-    /// A pair has ended; `word` says how. What `is_bad` stays to be read.
+    /// Reports that a pair has ended; `word` says how. If `is_bad`, the message stays on the screen.
     pub(super) fn ended(&self, worker: usize, word: &str, is_bad: bool) {
         let ended = self.ended.fetch_add(1, Ordering::Relaxed) + 1;
         match &self.bars {
             Some(bars) => {
                 if is_bad {
-                    // A terminal that is gone is no error.
+                    // A terminal that no longer exists is not an error.
                     drop(bars.board.println(word));
                 }
                 bars.workers[worker].set_message(word.to_owned());

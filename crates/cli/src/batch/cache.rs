@@ -1,4 +1,4 @@
-//! Described scans, kept as long as there is room: what was used longest ago goes first.
+//! Described scans, kept as long as there is memory for them: the least recently used one is dropped first.
 
 use congruent_pipeline::{DescribedScan, Variant};
 use std::collections::HashMap;
@@ -14,7 +14,7 @@ pub(super) struct Key {
     pub(super) variant: Variant,
 }
 
-/// Bounded by bytes. What a pair holds stays alive even when it is forgotten here.
+/// A cache bounded by bytes. A scan that a pair still uses stays alive even after it was dropped here.
 pub(crate) struct Cache {
     capacity: usize,
     state: Mutex<State>,
@@ -23,7 +23,7 @@ pub(crate) struct Cache {
 #[derive(Default)]
 struct State {
     slots: HashMap<Key, Slot>,
-    /// Counts uses.
+    /// Number of uses so far.
     now: u64,
 }
 
@@ -43,7 +43,7 @@ impl Cache {
         Cache { capacity, state: Mutex::default() }
     }
 
-    /// The entry; made by one thread, while others that want the same one wait.
+    /// Returns the entry. One thread makes it, while others that want the same one wait.
     pub(super) fn get(&self, key: Key, make: impl FnOnce() -> Entry) -> Entry {
         let slot = {
             let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
@@ -99,7 +99,7 @@ mod tests {
             assert!(entry.is_ok());
             made
         };
-        // The third entry pushes out the first one, or the second one where the first was used since.
+        // The third scan evicts the second one, because the first was used since; the second one then evicts the third.
         assert_eq!([0, 1, 0, 2, 0, 1].map(was_made), [true, true, false, true, false, true]);
     }
 }

@@ -1,4 +1,4 @@
-//! The columns of the tables that are written when a run has ended. docs/FILES.md says what they mean.
+//! The columns of the tables that are written at the end of a run; docs/FILES.md explains them.
 
 use super::row::Row;
 use crate::result::Counts;
@@ -13,7 +13,7 @@ pub(super) enum Cell<'a> {
     Count(Option<u64>),
 }
 
-/// A row's fields with the names of their columns; all empty without a row.
+/// Returns the fields of a row with the names of their columns; all empty without a row.
 pub(super) fn cells(row: Option<&Row>) -> Vec<(String, Cell<'_>)> {
     let mut cells = words(row);
     let pose = row.and_then(|row| row.target_from_source);
@@ -43,7 +43,7 @@ fn words(row: Option<&Row>) -> Vec<(String, Cell<'_>)> {
     ]
 }
 
-/// A count of each of the two scans.
+/// A count for each of the two scans.
 type Two = fn(&Counts) -> [usize; 2];
 
 fn counts(counts: Option<&Counts>) -> Vec<(String, Cell<'static>)> {
@@ -75,7 +75,7 @@ fn number(name: &str, value: Option<f64>) -> (String, Cell<'static>) {
     (name.to_owned(), Cell::Number(value))
 }
 
-/// All rows as a CSV table with a header; fields without a value are empty.
+/// Returns all rows as a CSV table with a header; fields without a value are empty.
 pub(super) fn csv(rows: &[Row]) -> String {
     let header: Vec<String> = cells(None).into_iter().map(|(name, _)| name).collect();
     let mut text = csv_line(header) + "\n";

@@ -1,5 +1,5 @@
-//! Work side by side within a memory budget: each worker has threads of its own and takes the next item when there is
-//! room for it.
+//! Parallel work within a memory budget: each worker has its own threads, takes the next item, and starts it when there
+//! is memory for it.
 
 use crate::commands::on_threads;
 use anyhow::Result;
@@ -7,24 +7,24 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
 
-/// Who does the work, and what they may take.
+/// The workers, and what they may use.
 pub(super) struct Crew<'a> {
     pub(super) threads: usize,
-    /// For what runs at the same time, bytes.
+    /// Memory for everything that runs at the same time, bytes.
     pub(super) memory: u64,
-    /// Nothing new is begun when this is set.
+    /// If set, nothing new is started.
     pub(super) stop: &'a AtomicBool,
 }
 
-/// Something to do, and about how much memory that takes, bytes.
+/// An item of work and its approximate memory, bytes.
 pub(super) struct Item<T> {
     pub(super) bytes: u64,
     pub(super) item: T,
 }
 
 impl Crew<'_> {
-    /// How many of the items go side by side: no more than there is room for, as large as they are on average. What is
-    /// left of the threads goes to each of them.
+    /// Returns how many items run side by side: no more than fit into memory, given their average size. Remaining
+    /// threads are distributed among them.
     pub(super) fn workers<T>(&self, items: &[Item<T>]) -> usize {
         let all: u64 = items.iter().map(|item| item.bytes.min(self.memory)).sum();
         let mean = (all / items.len().max(1) as u64).max(1);
@@ -32,7 +32,7 @@ impl Crew<'_> {
         self.threads.min(items.len()).min(fitting).max(1)
     }
 
-    /// Does all items in this order; `work` is told the number of its worker. An error stops the others.
+    /// Processes all items in this order; `work` receives the number of its worker. An error stops the others.
     pub(super) fn each<T: Send>(
         &self,
         items: Vec<Item<T>>,
@@ -47,7 +47,7 @@ impl Crew<'_> {
             let ended = on_threads(u16::try_from(threads).ok(), || {
                 while !stopped() {
                     let Some(Item { bytes, item }) = next() else { break };
-                    // It may have waited for room until everything was stopped.
+                    // Everything may have been stopped while this item waited for memory.
                     room.with(bytes, || if stopped() { Ok(()) } else { work(worker, item) })?;
                 }
                 Ok(())
@@ -66,7 +66,7 @@ impl Crew<'_> {
     }
 }
 
-/// Bytes that running work may take together.
+/// Memory that running work may use together, bytes.
 struct Room {
     all: u64,
     free: Mutex<u64>,
@@ -78,7 +78,7 @@ impl Room {
         Room { all, free: Mutex::new(all), changed: Condvar::new() }
     }
 
-    /// Waits until there is room. Work that is too large for the whole room has it alone.
+    /// Waits until there is enough memory. Work that is too large for the whole budget runs alone.
     fn with<T>(&self, bytes: u64, work: impl FnOnce() -> T) -> T {
         let bytes = bytes.min(self.all);
         let free = || self.free.lock().unwrap_or_else(PoisonError::into_inner);
@@ -89,7 +89,7 @@ impl Room {
     }
 }
 
-/// Bytes of the room, given back even where the work panics: others may be waiting for them.
+/// Memory in use. It is returned even if the work panics, because others may be waiting for it.
 struct Taken<'a> {
     room: &'a Room,
     bytes: u64,

@@ -9,37 +9,37 @@ use congruent_io::read_dataset;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// Files of a folder that are taken for scans. The content decides whether they can be read.
+/// Extensions of the files in a folder that are taken for scans. The content decides whether they can be read.
 const SCANS: [&str; 11] = ["ply", "pcd", "obj", "stl", "off", "xyz", "pts", "asc", "las", "laz", "e57"];
-/// The table in a folder.
+/// The table of pairs in a folder.
 const TABLE: &str = "pairs.csv";
 /// The description of a data set in a folder.
 const DATASET: &str = "dataset.toml";
-/// The scans in a folder that has more than them.
+/// The subfolder with the scans, if a folder has other files beside it.
 const SCAN_FOLDER: &str = "scans";
 
-/// Scans, and which pairs of them are wanted: one at least.
+/// Scans, and which pairs of them are wanted (at least one).
 #[derive(Debug)]
 pub(crate) struct Input {
-    /// Where a `congruent.toml` is looked for.
+    /// The folder in which a `congruent.toml` is looked for.
     pub(super) folder: PathBuf,
     /// In the order of their names (a folder) or of their first use (a table).
     pub(crate) scans: Vec<ScanFile>,
     /// How they are read.
     pub(crate) reading: Reading,
     pub(super) wanted: Wanted,
-    /// What is odd about it, for the user to read.
+    /// Remarks for the user on anything unusual.
     pub(super) remarks: Vec<String>,
 }
 
 #[derive(Clone, Debug)]
 pub(crate) struct ScanFile {
-    /// As the table has it, or the file's name in the folder.
+    /// The name in the table, or that of the file in the folder.
     pub(crate) name: String,
     pub(crate) path: PathBuf,
 }
 
-/// Which pairs.
+/// Which pairs are wanted.
 #[derive(Debug)]
 pub(super) enum Wanted {
     Listed(Vec<Job>),
@@ -59,8 +59,8 @@ impl From<PairChoice> for Wanted {
 }
 
 impl Input {
-    /// Looks at what the path leads to. A choice of pairs comes before those that a folder lists. `data` is where the
-    /// files of a data set are, if not beside its description.
+    /// Finds the input that a path leads to. A choice of pairs takes precedence over the pairs that a folder lists.
+    /// `data` is the folder with the files of a data set, if they are not beside its description.
     pub(crate) fn find(path: &Path, choice: Option<PairChoice>, data: Option<&Path>) -> Result<Input> {
         let is_folder = path.is_dir();
         let described = path.join(DATASET);
@@ -97,7 +97,7 @@ fn of_folder(folder: &Path, choice: Option<PairChoice>) -> Result<Input> {
     let (mut scans, mut remarks) = (Vec::new(), Vec::new());
     for entry in std::fs::read_dir(&place).with_context(|| format!("{}: cannot be listed", place.display()))? {
         let entry = entry.with_context(|| format!("{}: cannot be listed", place.display()))?;
-        // Hidden: what a system keeps beside a file, or what is not done yet.
+        // Hidden files: what a system keeps beside a file, or what is not complete yet.
         if entry.file_name().as_encoded_bytes().starts_with(b".") {
             continue;
         }
@@ -157,7 +157,7 @@ fn of_dataset(path: &Path, data: Option<&Path>, choice: Option<PairChoice>) -> R
     Ok(Input { folder: folder_of(path), scans, reading: Reading::default(), wanted, remarks })
 }
 
-/// Each scan once.
+/// Collects each scan once.
 #[derive(Default)]
 struct Scans {
     files: Vec<ScanFile>,
@@ -179,7 +179,7 @@ fn folder_of(file: &Path) -> PathBuf {
     file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_owned()
 }
 
-/// Beside the table, or in the folder of scans beside it.
+/// Returns the path beside the table, or in the folder of scans beside it.
 fn located(folder: &Path, name: &str) -> PathBuf {
     let beside = folder.join(name);
     let inner = folder.join(SCAN_FOLDER).join(name);

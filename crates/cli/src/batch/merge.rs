@@ -1,4 +1,4 @@
-//! The parts of a batch that was run with `--shard`, joined.
+//! Joins the parts of a batch that was run with `--shard`.
 
 use super::results::{CONFIGURATION, ROWS, Run, put};
 use super::row::Row;

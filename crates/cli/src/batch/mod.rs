@@ -1,8 +1,8 @@
 //! Many pairs, one row each: `congruent batch` and `congruent merge`.
 //!
-//! The scans are measured, which settles the lengths of the collection; the pairs are chosen; each pair is registered
-//! on its own with a seed of its own. So neither the order, nor the number of threads, nor a division into shards can
-//! change a row. Only times differ.
+//! The scans are measured, which determines the lengths of the collection; the pairs are chosen; each pair is
+//! registered on its own, with its own seed. Therefore neither the order, nor the number of threads, nor a division
+//! into shards can change a row. Only the times differ.
 
 mod board;
 mod cache;
@@ -42,31 +42,31 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(crate) use survey::Survey;
 use work::{PanicSilence, Work};
 
-/// Some pair ended with an error, or was given up.
+/// Exit code if some pair ended with an error or was given up.
 const SOME_FAILED: u8 = 1;
-/// What shells expect of a program that was stopped by Ctrl-C.
+/// The exit code that shells expect of a program that was stopped by Ctrl-C.
 const INTERRUPTED: u8 = 130;
-/// Share of the memory budget that descriptors may keep; the running pairs have the rest.
+/// Fraction of the memory budget for descriptors; the rest is for the running pairs.
 const CACHE_SHARE: f64 = 0.5;
-/// With how many of the others a scan is paired by `--pairs auto`.
+/// Number of similar scans with which `--pairs auto` pairs each scan.
 const NEIGHBORS: u32 = 8;
 
 pub(crate) fn run(args: &BatchArgs) -> Result<ExitCode> {
     run_then(args, &|ended| Ok(if ended.errors > 0 { ExitCode::from(SOME_FAILED) } else { ExitCode::SUCCESS }))
 }
 
-/// All pairs of a run that was not interrupted, and what was made for them.
+/// All pairs of a run that was not interrupted, and what was computed for them.
 pub(crate) struct Ended<'a> {
     pub(crate) input: &'a Input,
     pub(crate) survey: &'a Survey,
     pub(crate) cache: &'a Cache,
     /// Sorted by id.
     pub(crate) rows: Vec<Row>,
-    /// Rows without a verdict.
+    /// Number of rows without a verdict.
     pub(crate) errors: usize,
 }
 
-/// Registers the pairs; the exit code is that of what is done with them.
+/// Registers the pairs and calls `then` with them; its exit code is returned.
 pub(crate) fn run_then(args: &BatchArgs, then: &dyn Fn(&Ended<'_>) -> Result<ExitCode>) -> Result<ExitCode> {
     let found = Input::find(&args.input, args.wanted(), args.data.as_deref())?;
     let input = Input { reading: Reading::new(args.reading), ..found };
@@ -90,10 +90,10 @@ fn batch(
     let cache = Cache::new(usize::try_from(kept).unwrap_or(usize::MAX));
     let threads = rayon::current_num_threads();
     let crew = Crew { threads, memory: args.memory - kept, stop: interrupted };
-    // A panic is told by the row of its pair, or of its scan.
+    // A panic is reported in the row of its pair or scan.
     let silence = PanicSilence::begin();
     let Some(survey) = Survey::of(input, config, &crew)? else { return Ok(stopped()) };
-    // A scan that has been repaired since would change the lengths, and with them all rows.
+    // A scan that was repaired since the first run would change the lengths, and with them all rows.
     let survey = match Run::read(&args.output) {
         Ok(before) if args.resume => survey.with_lengths(before.lengths()),
         _ => survey,
@@ -122,7 +122,7 @@ fn stopped() -> ExitCode {
     ExitCode::from(INTERRUPTED)
 }
 
-/// All pairs of the run, sorted by id; nothing where it was stopped.
+/// Returns all pairs of the run, sorted by id; `None` if it was stopped.
 fn chosen(
     input: &Input,
     survey: &Survey,
@@ -142,7 +142,8 @@ fn chosen(
     pairs::sorted(jobs).map(Some)
 }
 
-/// Set by the first Ctrl-C (or the signal with which job schedulers end a program); the second one ends it at once.
+/// Returns a flag that the first Ctrl-C sets (or the signal by which job schedulers end a program); the second one ends
+/// the program at once.
 fn on_interrupt() -> Result<Arc<AtomicBool>> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
@@ -155,7 +156,7 @@ fn on_interrupt() -> Result<Arc<AtomicBool>> {
     Ok(interrupted)
 }
 
-/// A short name for a configuration: FNV-1a over all its settings.
+/// Returns a short name for a configuration: FNV-1a over all its settings.
 pub(crate) fn hash_of(config: &PipelineConfig) -> String {
     let text = toml::to_string(config).expect("a configuration can be written as TOML");
     format!("{:016x}", fnv(text.as_bytes()))

@@ -1,4 +1,4 @@
-//! Which scans make a pair.
+//! Which scans form pairs.
 
 use super::input::ScanFile;
 use crate::fingerprint::fnv;
@@ -10,31 +10,31 @@ use std::collections::BTreeSet;
 /// One pair to be registered.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Job {
-    /// Unique in the run.
+    /// Unique within the run.
     pub(super) id: String,
     /// Positions among the scans.
     pub(super) source: usize,
     pub(super) target: usize,
-    /// The true pose, to compare with.
+    /// The true pose, for comparison.
     pub(super) truth: Option<RigidTransform>,
-    /// A pose that may be near: it competes with those that are found.
+    /// A pose that may be near the right one; it competes with those that are found.
     pub(super) guess: Option<RigidTransform>,
 }
 
 impl Job {
-    /// The seed of this pair: it depends on the global one and on the id, and on nothing else. Below 2^53, so that every
-    /// reader of JSON keeps it.
+    /// Returns the seed of this pair, which depends only on the global seed and the id. It is below 2^53, so that every
+    /// reader of JSON preserves it.
     pub(super) fn seed(&self, global: u64) -> u64 {
         (Stream::new(global, fnv(self.id.as_bytes())).unit() * (1u64 << 53) as f64) as u64
     }
 }
 
-/// The id of a pair that has none.
+/// Returns the id of a pair that was given none.
 pub(super) fn id_of(source: &str, target: &str) -> String {
     format!("{source}--{target}")
 }
 
-/// The later scan is moved, the earlier one stays.
+/// Makes a pair: the later scan is moved, the earlier one stays.
 fn job(scans: &[ScanFile], earlier: usize, later: usize) -> Job {
     Job {
         id: id_of(&scans[later].name, &scans[earlier].name),
@@ -45,18 +45,18 @@ fn job(scans: &[ScanFile], earlier: usize, later: usize) -> Job {
     }
 }
 
-/// Each scan with each other one.
+/// Pairs each scan with every other one.
 pub(super) fn all(scans: &[ScanFile]) -> Vec<Job> {
     (0..scans.len()).flat_map(|later| (0..later).map(move |earlier| job(scans, earlier, later))).collect()
 }
 
-/// Each scan with the one before it.
+/// Pairs each scan with the one before it.
 pub(super) fn sequential(scans: &[ScanFile]) -> Vec<Job> {
     (1..scans.len()).map(|later| job(scans, later - 1, later)).collect()
 }
 
-/// Each scan with the `k` whose signatures are nearest to its own. A scan without a signature (an empty one) goes with
-/// its neighbour in the order, so that what is wrong with it gets a row.
+/// Pairs each scan with the `k` scans whose signatures are nearest to its own. A scan without a signature (an empty
+/// one) is paired with its neighbour in the order, so that its problem is reported in a row.
 pub(super) fn alike(scans: &[ScanFile], signatures: &[Vec<f64>], k: usize) -> Vec<Job> {
     let distance_sq = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
     let mut chosen = BTreeSet::new();
@@ -80,8 +80,8 @@ pub(super) fn alike(scans: &[ScanFile], signatures: &[Vec<f64>], k: usize) -> Ve
     chosen.into_iter().map(|(earlier, later)| job(scans, earlier, later)).collect()
 }
 
-/// Adds, where the pairs leave groups of scans apart, the most alike pairs that join them, so that a way of pairs leads from
-/// each scan that has a signature to each other one.
+/// If the pairs leave groups of scans unconnected, adds the most similar pairs that join them, so that a chain of pairs
+/// leads from each scan with a signature to every other one.
 fn reaching_all(
     signatures: &[Vec<f64>],
     chosen: &mut BTreeSet<(usize, usize)>,
@@ -108,7 +108,7 @@ fn reaching_all(
     }
 }
 
-/// By id, each once.
+/// Sorts pairs by id; an id may occur only once.
 pub(super) fn sorted(mut jobs: Vec<Job>) -> Result<Vec<Job>> {
     jobs.sort_by(|a, b| a.id.cmp(&b.id));
     if let Some(two) = jobs.windows(2).find(|two| two[0].id == two[1].id) {
@@ -117,11 +117,11 @@ pub(super) fn sorted(mut jobs: Vec<Job>) -> Result<Vec<Job>> {
     Ok(jobs)
 }
 
-/// A key that puts `scan2` before `scan10`: text and numbers in turn.
+/// Returns a key that sorts `scan2` before `scan10`: text and numbers in turn.
 pub(super) fn natural(name: &str) -> Vec<(String, u64)> {
     let mut parts = vec![(String::new(), 0u64)];
     let mut in_number = false;
-    // Without the ending, so that `scan` comes before `scan1`.
+    // Without the extension, so that `scan` comes before `scan1`.
     for c in name.rsplit_once('.').map_or(name, |(stem, _)| stem).chars() {
         let last = parts.last_mut().expect("there is always a part");
         if let Some(digit) = c.to_digit(10) {
@@ -161,7 +161,7 @@ mod tests {
     fn the_most_alike_are_paired_and_the_broken_one_once() {
         let five = scans(&["a", "b", "c", "d", "broken"]);
         let signatures = [vec![0.0, 0.0], vec![5.0, 0.0], vec![0.1, 0.0], vec![5.1, 0.0], vec![]];
-        // `c` and `b` are the nearest of the two groups that would be left apart.
+        // `c` and `b` are the most similar scans of the two groups that would otherwise be unconnected.
         assert_eq!(ids(&alike(&five, &signatures, 1)), ["c--a", "c--b", "d--b", "broken--d"]);
         assert_eq!(alike(&five[..4], &signatures[..4], 8), {
             let mut all = all(&five[..4]);

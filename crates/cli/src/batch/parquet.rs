@@ -21,9 +21,9 @@ use std::sync::Arc;
 const PRESENT: i16 = 1;
 const ABSENT: i16 = 0;
 
-/// Those of the wanted columns that a file has, as text.
+/// Reads those of the wanted columns that a file has, as text.
 pub(super) fn read(path: &Path, wanted: &[&str]) -> Result<Columns> {
-    // The reader gives up on some unusual types by a panic.
+    // The reader panics on some unusual types.
     guarded(|| read_columns(path, wanted).map_err(|error| format!("{error:#}")))
         .map_err(|message| anyhow!("cannot be read as Parquet: {message}; write it again, or as CSV"))
 }
@@ -51,7 +51,7 @@ fn text(field: &Field) -> String {
     }
 }
 
-/// All rows as a file.
+/// Encodes all rows as a Parquet file.
 pub(super) fn encode(rows: &[Row]) -> Result<Vec<u8>> {
     let header = cells(None);
     let fields = header.iter().map(|(name, cell)| column(name, cell)).collect::<Parquet<Vec<_>>>()?;
@@ -93,7 +93,7 @@ fn column(name: &str, cell: &Cell<'_>) -> Parquet<Arc<Type>> {
     builder.with_converted_type(converted).build().map(Arc::new)
 }
 
-/// The next column.
+/// Writes the next column.
 fn write<T: DataType>(
     group: &mut SerializedRowGroupWriter<'_, &mut Vec<u8>>,
     cells: &[Cell<'_>],

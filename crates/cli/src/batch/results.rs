@@ -1,4 +1,4 @@
-//! The folder that a run writes: rows as they end, and what is needed to go on after a kill.
+//! The folder that a run writes: rows as pairs end, and what is needed to continue after a kill.
 
 use super::input::{Input, ScanFile};
 use super::pairs::Job;
@@ -16,16 +16,16 @@ use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-/// One row a line, as they end; sorted by id when the run has ended.
+/// One row per line, written as pairs end; sorted by id at the end of the run.
 pub(super) const ROWS: &str = "results.jsonl";
-/// The same as a table, when the run has ended.
+/// The same as a table, written at the end of the run.
 const TABLE: &str = "results.csv";
 /// The same for programs that read Parquet.
 #[cfg(feature = "parquet")]
 const PARQUET: &str = "results.parquet";
 /// What the rows depend on.
 const RUN: &str = "run.json";
-/// The settings, all of them. Not `congruent.toml`: results may be put beside the scans.
+/// All settings. Not `congruent.toml`, because results may be written beside the scans.
 pub(super) const CONFIGURATION: &str = "configuration.toml";
 
 /// What the rows of a folder depend on: `run.json`.
@@ -34,15 +34,15 @@ pub(super) struct Run {
     version: String,
     /// Hash of the settings.
     configuration: String,
-    /// Of the collection, data units.
+    /// Lengths of the collection, data units.
     lengths: Vec<f64>,
-    /// In the whole run, all shards together.
+    /// Number of pairs in the whole run, all shards together.
     pub(super) pairs: usize,
     /// Hash of the ids of all pairs.
     pair_list: String,
-    /// Hash of the points of each scan that can be used, by its name.
+    /// Hash of the points of each usable scan, by the scan's name.
     scans: BTreeMap<String, String>,
-    /// This one, and how many there are.
+    /// Number of this shard, and the number of shards.
     shard: [usize; 2],
 }
 
@@ -78,12 +78,12 @@ impl Run {
         Ok(write_file(&folder.join(RUN), format!("{text}\n").as_bytes())?)
     }
 
-    /// The same without shards.
+    /// Returns the same run without shards.
     pub(super) fn whole(&self) -> Run {
         Run { shard: [1, 1], ..self.clone() }
     }
 
-    /// In what another run would give other rows, and what to do about it.
+    /// Says why the rows of another run would differ, and what to do about it; `None` if they would not.
     pub(super) fn difference(&self, other: &Run) -> Option<String> {
         if self.configuration != other.configuration {
             Some(format!(
@@ -106,14 +106,14 @@ impl Run {
     }
 }
 
-/// Rows that are there, and a file for those to come.
+/// The rows that exist already, and a file for further ones.
 pub(super) struct Results {
     earlier: HashSet<String>,
     log: Mutex<Journal>,
 }
 
 impl Results {
-    /// Starts a folder, or goes on with one: rows with a verdict stay.
+    /// Starts a folder, or continues one: rows with a verdict are kept.
     pub(super) fn open(folder: &Path, run: Run, config: &PipelineConfig, resume: bool) -> Result<Results> {
         std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot be created", folder.display()))?;
         let rows = folder.join(ROWS);
@@ -146,24 +146,24 @@ impl Results {
         self.earlier.contains(id)
     }
 
-    /// Writes one row, so that it is there whatever happens next.
+    /// Writes one row at once, so that it is kept whatever happens next.
     pub(super) fn append(&self, row: &Row) -> Result<()> {
         self.log.lock().unwrap_or_else(PoisonError::into_inner).append(row)
     }
 
-    /// Sorts the rows, and writes the tables.
+    /// Sorts the rows and writes the tables.
     pub(super) fn finish(self, folder: &Path) -> Result<Summary> {
         drop(self.log);
         put(folder, read_rows(&folder.join(ROWS))?)
     }
 }
 
-/// All rows of a folder.
+/// Reads all rows of a folder.
 pub(super) fn all_rows(folder: &Path) -> Result<Vec<Row>> {
     read_rows(&folder.join(ROWS))
 }
 
-/// Puts sorted rows and the tables in place.
+/// Sorts the rows, and writes them and the tables.
 pub(super) fn put(folder: &Path, mut rows: Vec<Row>) -> Result<Summary> {
     rows.sort_by(|a, b| a.id.cmp(&b.id));
     write_file(&folder.join(TABLE), columns::csv(&rows).as_bytes())?;
@@ -173,11 +173,11 @@ pub(super) fn put(folder: &Path, mut rows: Vec<Row>) -> Result<Summary> {
     Ok(Summary::of(&rows))
 }
 
-/// What a folder's rows say, in numbers.
+/// The outcomes of a folder's rows, counted.
 pub(super) struct Summary {
     rows: usize,
     verdicts: BTreeMap<VerdictKind, usize>,
-    /// Rows without a verdict.
+    /// Number of rows without a verdict.
     pub(super) errors: usize,
 }
 

@@ -1,4 +1,4 @@
-//! What is written of a pair. docs/FILES.md says what the fields mean.
+//! The row that is written for a pair; docs/FILES.md explains its fields.
 
 use super::pairs::Job;
 use crate::result::Counts;
@@ -20,7 +20,7 @@ pub(crate) struct Row {
     pub(super) reason: Option<String>,
     pub(crate) error: Option<String>,
     pub(crate) target_from_source: Option<[[f64; 4]; 4]>,
-    /// The other poses of an ambiguous pair, best first. Not in the table.
+    /// The other poses of an ambiguous pair, best first; not in the table.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) alternatives: Vec<[[f64; 4]; 4]>,
     pub(crate) confidence: Option<f64>,
@@ -41,9 +41,9 @@ pub(crate) struct Row {
 pub(super) enum Status {
     /// With a verdict, whatever it is.
     Done,
-    /// A scan that cannot be used, or a mistake of ours.
+    /// A scan that cannot be used, or an internal error.
     Error,
-    /// Given up.
+    /// It took too long and was given up.
     TimedOut,
 }
 
@@ -61,7 +61,7 @@ impl Status {
 #[derive(Clone, Copy)]
 pub(super) struct Asked<'a> {
     pub(super) job: &'a Job,
-    /// Of the source and of the target.
+    /// Names of the source and the target.
     pub(super) names: [&'a str; 2],
     pub(super) seed: u64,
     pub(super) configuration: &'a str,
@@ -75,7 +75,7 @@ pub(super) struct NoVerdict {
 }
 
 impl Row {
-    /// A row that says nothing yet.
+    /// Returns a row without an outcome.
     fn of(Asked { job, names, seed, configuration }: Asked<'_>, took: Duration) -> Row {
         Row {
             id: job.id.clone(),
@@ -100,12 +100,12 @@ impl Row {
         }
     }
 
-    /// A pair that ended before it had a verdict.
+    /// Returns the row of a pair that ended without a verdict.
     pub(super) fn failed(asked: Asked<'_>, took: Duration, why: NoVerdict) -> Row {
         Row { status: why.status, error: Some(why.error), ..Row::of(asked, took) }
     }
 
-    /// A pair with a verdict. `centre` is the middle of the source.
+    /// Returns the row of a pair with a verdict. `centre` is the centre of the source's bounding box.
     pub(super) fn done(asked: Asked<'_>, took: Duration, registration: &Registration, centre: Vector3<f64>) -> Row {
         let mut row = Row::of(asked, took);
         row.timings.extend(registration.timings.iter().map(|t| (t.stage.name().to_owned(), t.time.as_secs_f64())));
@@ -126,7 +126,7 @@ impl Row {
         }
     }
 
-    /// What is said of it where there is no terminal.
+    /// Returns the message for the progress display.
     pub(super) fn word(&self) -> String {
         let seconds = self.timings.get("total").copied().unwrap_or_default();
         match (&self.verdict, &self.error) {
@@ -141,7 +141,7 @@ impl Row {
     }
 }
 
-/// Degrees, and how far the middle of the source is from where it should be, data units.
+/// Returns the rotation error in degrees, and the distance of the source's centre from its true place, data units.
 fn errors(pose: &RigidTransform, truth: &RigidTransform, centre: Vector3<f64>) -> (f64, f64) {
     let centre = Point3::from(centre);
     (angle_between(pose, truth).to_degrees(), (pose * centre - truth * centre).norm())
@@ -151,7 +151,7 @@ fn errors(pose: &RigidTransform, truth: &RigidTransform, centre: Vector3<f64>) -
 pub(super) mod tests {
     use super::*;
 
-    /// A row of a pair that could not be run.
+    /// A row of a pair that could not be registered.
     pub(in crate::batch) fn broken(id: &str) -> Row {
         let job = Job { id: id.to_owned(), source: 0, target: 1, truth: None, guess: None };
         let asked = Asked { job: &job, names: ["a.ply", "b,c.ply"], seed: 7, configuration: "0f" };
@@ -159,7 +159,7 @@ pub(super) mod tests {
         Row::failed(asked, Duration::from_millis(1500), why)
     }
 
-    /// One of a pair that came to a verdict.
+    /// A row of a pair with a verdict.
     pub(in crate::batch) fn done(id: &str) -> Row {
         Row { status: Status::Done, error: None, verdict: Some(VerdictKind::Failed), ..broken(id) }
     }

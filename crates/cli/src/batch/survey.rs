@@ -12,29 +12,29 @@ use congruent_pipeline::{Collection, PipelineConfig, ScanSummary, Variant};
 use nalgebra::Vector3;
 use std::sync::OnceLock;
 
-/// What a scan takes while it is read and measured: per byte of its file …
+/// Memory for a scan while it is read and measured: per byte of its file …
 const BYTES_PER_BYTE: u64 = 16;
-/// … and whatever its size.
+/// … and independently of its size.
 const BYTES_PER_SCAN: u64 = 4 << 20;
 
-/// What is known of all scans.
+/// What is known about all scans.
 pub(crate) struct Survey {
-    /// In the order of the input; or why a scan cannot be used.
+    /// In the order of the input; an error says why a scan cannot be used.
     pub(crate) scans: Vec<Result<Surveyed, String>>,
-    /// Nothing where no scan can be used.
+    /// `None` if no scan can be used.
     pub(crate) collection: Option<Collection>,
 }
 
 pub(crate) struct Surveyed {
     pub(super) summary: ScanSummary,
-    /// Middle of the bounding box, file coordinates.
+    /// Centre of the bounding box, file coordinates.
     pub(crate) centre: Vector3<f64>,
-    /// Changes when the points do.
+    /// Hash of the points.
     pub(super) content: u64,
 }
 
 impl Survey {
-    /// Nothing where it was stopped.
+    /// Measures all scans; `None` if it was stopped.
     pub(super) fn of(input: &Input, config: &PipelineConfig, crew: &Crew<'_>) -> Result<Option<Survey>> {
         let looked = of_each(input, crew, "measured", |at| measured(&input.scans[at], input.reading, config))?;
         Ok(looked.map(|scans| {
@@ -43,14 +43,14 @@ impl Survey {
         }))
     }
 
-    /// With the lengths of an earlier run where they fit the settings.
+    /// Returns the survey with the lengths of an earlier run, if they fit the settings.
     pub(super) fn with_lengths(mut self, lengths: &[f64]) -> Survey {
         let other = self.collection.as_ref().and_then(|collection| collection.clone().with_lengths(lengths));
         self.collection = other.or(self.collection);
         self
     }
 
-    /// A signature for each scan, empty where there is none; nothing where it was stopped.
+    /// Returns the signature of each scan, empty if it has none; `None` if it was stopped.
     pub(super) fn signatures(&self, input: &Input, cache: &Cache, crew: &Crew<'_>) -> Result<Option<Vec<Vec<f64>>>> {
         of_each(input, crew, "described", |at| match self.described(input, cache, at, Variant::default()) {
             Ok(described) => described.signature(),
@@ -58,7 +58,7 @@ impl Survey {
         })
     }
 
-    /// A scan with its descriptors, made or remembered.
+    /// Returns a scan with its descriptors, from the cache or newly computed.
     pub(crate) fn described(&self, input: &Input, cache: &Cache, at: usize, variant: Variant) -> Entry {
         let collection = match (&self.scans[at], &self.collection) {
             (Err(message), _) => return Err(message.clone()),
@@ -73,7 +73,7 @@ impl Survey {
         })
     }
 
-    /// Points of a scan; none where it cannot be used.
+    /// Returns the number of points of a scan; zero if the scan cannot be used.
     pub(crate) fn points(&self, at: usize) -> usize {
         self.scans[at].as_ref().map_or(0, |scan| scan.summary.points)
     }
@@ -90,7 +90,8 @@ fn measured(file: &ScanFile, reading: Reading, config: &PipelineConfig) -> Resul
     })
 }
 
-/// Something of each scan, in the order of the input; nothing where it was stopped. `done` says what is done with them.
+/// Computes something for each scan, in the order of the input; `None` if it was stopped. `done` is the participle for
+/// the progress display, such as "measured".
 fn of_each<T: Send + Sync>(
     input: &Input,
     crew: &Crew<'_>,

@@ -1,40 +1,42 @@
-//! A table of pairs: CSV with a header, JSONL, and, where it was built in, Parquet.
+//! A table of pairs: CSV with a header, JSONL or, if built in, Parquet.
 
 use anyhow::{Result, anyhow, bail};
 use congruent_geometry::RigidTransform;
 use congruent_io::{Motion, MotionFault, csv_fields};
 use std::path::Path;
 
-/// Names of the columns of a true pose: the upper three rows of the matrix. Those of an initial pose begin with [`INIT`].
+/// Names of the columns of a true pose: the upper three rows of the matrix. Those of an initial pose have the prefix
+/// [`INIT`].
 const MATRIX: [&str; 12] = ["r00", "r01", "r02", "tx", "r10", "r11", "r12", "ty", "r20", "r21", "r22", "tz"];
 const INIT: &str = "init_";
-/// Those of them that nothing else is called.
+/// First letter of the columns for the rotation. They show that a pose is given, because no other column has such a
+/// name.
 const ROTATION: char = 'r';
 /// What poses are called in messages.
 const TRUE_POSE: &str = "true pose";
 const INITIAL_POSE: &str = "initial pose";
 
-/// A pair, as a table has it.
+/// A pair, as listed in a table.
 #[derive(Debug)]
 pub(super) struct Line {
     pub(super) id: Option<String>,
     pub(super) source: String,
     pub(super) target: String,
     pub(super) truth: Option<RigidTransform>,
-    /// A pose that may be near.
+    /// A pose that may be near the right one.
     pub(super) guess: Option<RigidTransform>,
-    /// Matrices that were not quite rigid.
+    /// Number of its matrices that were not quite rigid.
     n_skewed: usize,
 }
 
 /// Rows of text under named columns.
 pub(super) struct Columns {
     pub(super) names: Vec<String>,
-    /// With their numbers, counted from one; as many fields as names. Empty ones hold nothing.
+    /// With their numbers, counted from one; as many fields as names. Fields without a value are empty.
     pub(super) rows: Vec<(usize, Vec<String>)>,
 }
 
-/// The pairs, and what is odd about them.
+/// Reads the pairs, and remarks on anything unusual.
 pub(super) fn read(path: &Path) -> Result<(Vec<Line>, Vec<String>)> {
     let is = |extension: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
     let lines = if is("parquet") {
@@ -110,7 +112,7 @@ fn pairs(Columns { names, rows }: &Columns) -> Result<Vec<Line>> {
     rows.iter().map(row).collect()
 }
 
-/// From the upper three rows; nothing where none is given.
+/// Reads a pose from the upper three rows of its matrix; `None` if all fields are empty.
 fn pose(fields: &[&str], what: &str, line: usize) -> Result<Option<Motion>> {
     if fields.iter().all(|field| field.is_empty()) {
         return Ok(None);
@@ -144,7 +146,7 @@ fn jsonl(text: &str) -> Result<Vec<Line>> {
     .collect()
 }
 
-/// What a line says, in either format.
+/// The content of a line, in either format.
 struct Written {
     id: Option<String>,
     source: String,
@@ -174,7 +176,7 @@ mod tests {
 
     const IDENTITY: &str = "source,target,r00,r01,r02,tx,r10,r11,r12,ty,r20,r21,r22,tz\na,b,1,0,0,5,0,1,0,0,0,0,1,0\n";
 
-    /// As a file that is there.
+    /// Reads the text from a file of this name.
     fn lines(name: &str, text: &str) -> Result<(Vec<Line>, Vec<String>)> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);

@@ -1,4 +1,4 @@
-//! The pairs, each registered on its own; whatever happens to one is its row.
+//! Registers the pairs, each on its own; whatever happens to a pair is written to its row.
 
 use super::board::Board;
 use super::cache::Cache;
@@ -18,12 +18,12 @@ use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind, resume_unwind};
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
-/// What a running pair takes at most, apart from its descriptors: per point of the two scans while they are read …
+/// Maximum memory of a running pair, apart from its descriptors: per point of the two scans while they are read …
 const BYTES_PER_POINT: u64 = 400;
-/// … and whatever their size: surfaces, poses, the fields of nearest points.
+/// … and independently of their size: surfaces, poses, the fields of nearest points.
 const BYTES_PER_PAIR: u64 = 64 << 20;
 
-/// The share of the pairs that this process has, counted from one.
+/// The part of the pairs that this process registers, counted from one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Share {
     pub(super) part: usize,
@@ -43,7 +43,7 @@ impl FromStr for Share {
 }
 
 impl Share {
-    /// Every n-th of the pairs, which are sorted by id.
+    /// Returns every n-th of the pairs, which are sorted by id.
     pub(super) fn of(self, jobs: Vec<Job>) -> Vec<Job> {
         jobs.into_iter().enumerate().filter(|(at, _)| at % self.of == self.part - 1).map(|(_, job)| job).collect()
     }
@@ -54,17 +54,17 @@ pub(super) struct Work<'a> {
     pub(super) survey: &'a Survey,
     pub(super) cache: &'a Cache,
     pub(super) config: &'a PipelineConfig,
-    /// For one pair.
+    /// Time limit of one pair.
     pub(super) time_limit: Option<Duration>,
 }
 
-/// What unwinds a pair that took too long.
+/// The payload with which a pair that took too long is unwound.
 struct TimedOut;
 
 impl Work<'_> {
-    /// Runs the pairs, largest first, and writes their rows as they end.
+    /// Registers the pairs, largest first, and writes their rows as they end.
     pub(super) fn run(&self, mut jobs: Vec<Job>, results: &Results, crew: &Crew<'_>) -> Result<()> {
-        // By the larger scan, so that its descriptors serve all its pairs while they are in the cache.
+        // Sorted by the larger scan, so that its descriptors serve all its pairs while they are in the cache.
         jobs.sort_by_cached_key(|job| {
             let size = |at: usize| (self.survey.points(at), at);
             let [one, other] = [size(job.source), size(job.target)];
@@ -81,7 +81,7 @@ impl Work<'_> {
         })
     }
 
-    /// What a pair takes while it runs.
+    /// Returns the memory of a pair while it runs.
     fn bytes(&self, job: &Job) -> u64 {
         let points = self.survey.points(job.source) + self.survey.points(job.target);
         BYTES_PER_PAIR + BYTES_PER_POINT * points as u64
@@ -105,7 +105,7 @@ impl Work<'_> {
         }
     }
 
-    /// The registration, and the middle of the source.
+    /// Returns the registration, and the centre of the source.
     fn registered(
         &self,
         job: &Job,
@@ -114,7 +114,7 @@ impl Work<'_> {
     ) -> Result<(Registration, Vector3<f64>), String> {
         let supply = |at: usize| move |variant: Variant| self.survey.described(self.input, self.cache, at, variant);
         let (source, target) = (supply(job.source), supply(job.target));
-        // An unusable scan is said before any work is done for its partner.
+        // An unusable scan is reported before any work is done for its partner.
         let [first, second] = [job.source, job.target].map(|at| self.survey.scans[at].as_ref().map_err(Clone::clone));
         let centre = first?.centre;
         second?;
@@ -124,7 +124,7 @@ impl Work<'_> {
     }
 }
 
-/// What the work gives, or why it gave nothing.
+/// Returns the result of the work, or why there is none.
 fn outcome<T>(time_limit: Option<Duration>, work: impl FnOnce() -> Result<T, String>) -> Result<T, NoVerdict> {
     let failed = |status: Status, error: String| NoVerdict { status, error };
     match catch_unwind(AssertUnwindSafe(work)) {
@@ -137,7 +137,7 @@ fn outcome<T>(time_limit: Option<Duration>, work: impl FnOnce() -> Result<T, Str
     }
 }
 
-/// Work whose panic is an error like others.
+/// Does work whose panic is an error like any other.
 pub(super) fn guarded<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| Err(internal(payload.as_ref())))
 }
@@ -150,7 +150,7 @@ fn internal(payload: &(dyn Any + Send)) -> String {
 
 type Hook = Box<dyn Fn(&PanicHookInfo<'_>) + Send + Sync>;
 
-/// While it lives, panics are not told on stderr; for a process has only one place to tell them, of all threads.
+/// While it exists, panics are not printed to stderr. A process has only one panic hook, so this affects all threads.
 pub(super) struct PanicSilence {
     before: Option<Hook>,
 }
@@ -165,7 +165,7 @@ impl PanicSilence {
 
 impl Drop for PanicSilence {
     fn drop(&mut self) {
-        // A thread that panics cannot change the hook.
+        // A thread that is panicking cannot change the hook.
         if let Some(before) = self.before.take().filter(|_| !std::thread::panicking()) {
             std::panic::set_hook(before);
         }
