@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// The verdict is `failed` or `ambiguous`.
+/// Exit code if the verdict is `failed` or `ambiguous`.
 pub(super) const NOT_REGISTERED: u8 = 1;
 
 pub(super) fn run(args: &AlignArgs) -> Result<ExitCode> {
@@ -47,7 +47,7 @@ pub(super) fn readings(viewpoints: &ViewpointArgs, reading: ReadingArgs) -> Pair
     Pair { source: seen_from(viewpoints.source_viewpoint), target: seen_from(viewpoints.target_viewpoint) }
 }
 
-/// Two scans, registered.
+/// Two registered scans.
 pub(super) struct Aligned {
     pub(super) scans: Pair<Scan>,
     /// The source with all that its file holds, if that was asked for.
@@ -58,17 +58,17 @@ pub(super) struct Aligned {
     pub(super) report: Report,
 }
 
-/// What becomes of the source as its file has it: several times the memory of the cleaned scan.
+/// What to do with the source as its file has it, which takes several times the memory of the cleaned scan.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum RawSource {
-    /// It is kept, to be written as aligned.
+    /// It is kept, so that it can be written as aligned.
     Kept,
-    /// It goes as soon as it is cleaned.
+    /// It is dropped as soon as it has been cleaned.
     Dropped,
 }
 
 impl ResultArgs {
-    /// Refuses what cannot be written where it is wanted.
+    /// Refuses output files that cannot be written as requested.
     pub(super) fn check(&self, files: Pair<&Path>) -> Result<()> {
         if let Some(path) = self.output.as_deref().filter(|path| check_scan_name(path).is_ok_and(|()| !is_pose(path))) {
             bail!("{}: -o writes the answer, not a scan; the moved source goes to --write-aligned", path.display());
@@ -86,12 +86,12 @@ impl RawSource {
     }
 }
 
-/// From two scans to an answer.
+/// The step from two scans to an answer.
 pub(super) type Registering<'a> =
     &'a (dyn Fn(Pair<&Scan>, &PipelineConfig, &dyn Fn(Stage)) -> (Registration, Trace) + Sync);
 
 impl Aligned {
-    /// What its page shows; `config_text` is its configuration as TOML.
+    /// Returns the content of its page; `config_text` is its configuration as TOML.
     pub(super) fn page_of<'a>(
         &'a self,
         names: &'a Pair<String>,
@@ -110,7 +110,7 @@ impl Aligned {
         }
     }
 
-    /// Prints the answer and writes it where it is wanted.
+    /// Prints the answer and writes it to the files that were asked for.
     pub(super) fn put(&self, files: Pair<&Path>, args: &ResultArgs) -> Result<ExitCode> {
         if args.json {
             output::data(&self.report.json())?;
@@ -140,7 +140,7 @@ impl Aligned {
     }
 }
 
-/// With nothing known of the pose beforehand.
+/// Registers without any prior knowledge of the pose.
 pub(super) fn unbounded(scans: Pair<&Scan>, config: &PipelineConfig, observe: &dyn Fn(Stage)) -> (Registration, Trace) {
     register_traced(scans, &Prior::default(), config, observe)
 }
@@ -176,12 +176,12 @@ pub(super) fn align(
     Ok(Aligned { scans, raw_source: raw.source, registration, trace, config, report })
 }
 
-/// Whether a name asks for the matrix alone.
+/// Returns whether a file name asks for the matrix alone.
 fn is_pose(path: &Path) -> bool {
     path.extension().is_some_and(|e| e == "txt" || e == "xf")
 }
 
-/// JSON, or the matrix alone where the name asks for it.
+/// Writes JSON, or the matrix alone if the file name asks for it.
 fn write_result(path: &Path, aligned: &Aligned) -> Result<()> {
     let wants_matrix = is_pose(path);
     match &aligned.registration.target_from_source {
@@ -209,12 +209,12 @@ pub(super) fn write_page(
     Ok(())
 }
 
-/// The names of files without their folders.
+/// Returns the names of files without their folders.
 pub(super) fn names_of(files: Pair<&Path>) -> Pair<String> {
     files.map(|file| file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned())
 }
 
-/// Writes a scan under a rigid motion, with all that the format holds of it.
+/// Writes a scan moved by a rigid motion, with everything that the format can hold.
 pub(super) fn write_moved(path: &Path, raw: &RawScan, motion: &RigidTransform) -> Result<()> {
     let points: Vec<[f64; 3]> =
         raw.points.iter().map(|p| (motion * nalgebra::Point3::from(*p)).coords.into()).collect();

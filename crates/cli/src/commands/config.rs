@@ -1,4 +1,4 @@
-//! `congruent config`: presets shown, files checked.
+//! `congruent config`: shows presets and checks files.
 
 use crate::args::ConfigCommand;
 use crate::layers::{self, Sources};
@@ -13,7 +13,7 @@ pub(super) fn run(command: &ConfigCommand) -> Result<ExitCode> {
             output::data(configuration::preset(preset)?.trim_end())?;
         }
         ConfigCommand::Show { preset, explain: true, folder, config, set, seed } => {
-            // The preset of that name is what holds anyway.
+            // The preset `default` applies anyway.
             let preset = Some(preset.as_str()).filter(|name| *name != "default");
             let (folder, file) = (folder.as_deref(), config.as_deref());
             let sources = Sources { preset, folder, file, set, seed: *seed };

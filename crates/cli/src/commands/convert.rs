@@ -23,7 +23,7 @@ pub(super) fn run(args: &ConvertArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Says what of a scan its file does not hold.
+/// Warns about data of a scan that its file does not hold.
 pub(super) fn warn_of_losses(path: &Path, scan: &RawScan, written: &Written) {
     if !scan.unread.is_empty() {
         output::remark(&format!("warning: {}: without {}", path.display(), scan.unread.join(", ")));

@@ -1,4 +1,4 @@
-//! The pairs that a batch works on.
+//! The pairs of data sets that a command works on.
 
 use super::load;
 use crate::args::DatasetArgs;
@@ -14,23 +14,23 @@ use std::path::{Path, PathBuf};
 pub(super) struct Selected {
     pub(super) name: String,
     pub(super) pairs: Vec<TruePair>,
-    /// Pairs of the truth that cannot be used.
+    /// Number of pairs whose ground truth cannot be used.
     broken: usize,
 }
 
 impl Selected {
-    /// Whether all of the truth could be used.
+    /// Returns whether the whole ground truth could be used.
     pub(super) fn is_whole(&self) -> bool {
         self.broken == 0
     }
 }
 
-/// The names of data sets, for a title.
+/// Returns the names of data sets, for a title.
 pub(super) fn names_of(selected: &[Selected]) -> String {
     selected.iter().map(|set| set.name.as_str()).collect::<Vec<_>>().join(", ")
 }
 
-/// Refuses a data set that is called like another: rows are known by the names.
+/// Refuses a data set with the name of another one, because rows are identified by these names.
 pub(crate) fn named_once<'a>(path: &Path, name: &String, others: impl IntoIterator<Item = &'a String>) -> Result<()> {
     if others.into_iter().any(|other| other == name) {
         bail!("{}: another data set is called `{name}`, too; change the name in dataset.toml", path.display());
@@ -38,7 +38,7 @@ pub(crate) fn named_once<'a>(path: &Path, name: &String, others: impl IntoIterat
     Ok(())
 }
 
-/// Reads the lists of pairs and keeps those that are asked for.
+/// Reads the lists of pairs and keeps those that were asked for.
 pub(super) fn select(args: &DatasetArgs) -> Result<Vec<Selected>> {
     if !args.data.is_empty() && args.data.len() != args.datasets.len() {
         let (places, sets) = (args.data.len(), args.datasets.len());
@@ -66,8 +66,8 @@ fn select_one(path: &Path, data: Option<&Path>, args: &DatasetArgs) -> Result<Se
     Ok(Selected { name, pairs: spread(pairs, args.pairs), broken: broken.len() })
 }
 
-/// A data set with the pairs that share enough: as much as it says itself, if nothing else is asked for. Says what is odd or
-/// broken about its truth.
+/// Returns a data set with the pairs that overlap enough: as much as it demands itself, unless another limit is given.
+/// Reports anything unusual or broken in its ground truth.
 pub(crate) fn listed_pairs(path: &Path, data: Option<&Path>, min_overlap: Option<f64>) -> Result<Dataset> {
     let mut dataset = read_dataset(path, data)?;
     dataset.warnings.iter().for_each(|warning| output::remark(&format!("warning: {warning}")));
@@ -75,13 +75,13 @@ pub(crate) fn listed_pairs(path: &Path, data: Option<&Path>, min_overlap: Option
     let min_overlap = min_overlap.unwrap_or(dataset.min_overlap);
     if min_overlap > 0.0 {
         measure_overlaps(&mut dataset.pairs);
-        // What cannot be measured has a bad file, and stays to say so.
+        // A pair that cannot be measured has a bad file. It is kept, so that this is reported.
         dataset.pairs.retain(|pair| pair.overlap.is_none_or(|overlap| overlap >= min_overlap));
     }
     Ok(dataset)
 }
 
-/// Fills in what the data set does not say.
+/// Measures the overlaps that the data set does not give.
 fn measure_overlaps(pairs: &mut [TruePair]) {
     let unknown: Vec<&mut TruePair> = pairs.iter_mut().filter(|pair| pair.overlap.is_none()).collect();
     let bar = Bar::new(unknown.len() as u64);
@@ -97,7 +97,7 @@ fn measured(pair: &TruePair) -> Option<f64> {
     Some(GroundTruth::of_scans(scans.as_ref(), &pair.target_from_source).overlap())
 }
 
-/// At most so many, evenly from all over the list.
+/// Returns at most this many items, evenly spread over the list.
 fn spread<T>(all: Vec<T>, at_most: Option<usize>) -> Vec<T> {
     let (n, wanted) = (all.len(), at_most.unwrap_or(usize::MAX));
     if n <= wanted {

@@ -16,14 +16,14 @@ use std::process::ExitCode;
 
 /// Range noise of the virtual scanner, data units (the figurine is 100 tall).
 const NOISE: f64 = 0.05;
-/// Turn between the two views, degrees.
+/// Angle between the two views, degrees.
 const VIEW_ANGLE: f64 = 40.0;
-/// A pose is right if it is off by less than this many resolutions on average: the paper's bound.
+/// A pose is right if its mean error is below this many resolutions (the paper's bound).
 const RIGHT_WITHIN_PR: f64 = 2.5;
 
 pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
     let directory = &args.directory;
-    // What is wrong with it is said before anything is written.
+    // An unusable configuration is reported before anything is written.
     configuration::resolve(&args.run)?;
     std::fs::create_dir_all(directory).with_context(|| format!("{}: cannot be created", directory.display()))?;
     let pair = figurine_pair(&PairOptions {
@@ -57,7 +57,7 @@ pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
     Ok(if right { aligned.exit_code() } else { ExitCode::FAILURE })
 }
 
-/// Compares with the truth.
+/// Compares the answer with the ground truth, and returns whether it is right.
 fn judge(aligned: &Aligned, truth: &RigidTransform) -> Result<bool> {
     let truth = GroundTruth::of_scans(aligned.scans.as_ref(), truth);
     let Some(errors) = aligned.registration.target_from_source.as_ref().and_then(|pose| truth.errors(pose)) else {

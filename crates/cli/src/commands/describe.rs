@@ -1,4 +1,4 @@
-//! `congruent describe`: what a scan looks like around its keypoints.
+//! `congruent describe`: descriptors of a scan at its keypoints.
 
 use super::stages::{Described, Single, read_keypoints, sibling};
 use crate::args::DescribeArgs;
@@ -10,7 +10,7 @@ use std::process::ExitCode;
 
 pub(super) fn run(args: &DescribeArgs) -> Result<ExitCode> {
     let config = configuration::resolve(&args.stage.run)?;
-    // Before the work, not after it.
+    // Checked before the work, not after it.
     let places = sibling(&args.output)?;
     let keypoints = args.keypoints.as_deref();
     let inputs: Vec<&Path> = keypoints.into_iter().chain([args.scan.as_path()]).collect();

@@ -1,4 +1,4 @@
-//! `congruent estimate`: a pose from correspondences, whoever made them.
+//! `congruent estimate`: a pose from correspondences of any origin.
 
 use super::align::NOT_REGISTERED;
 use super::stages::centred;
@@ -19,7 +19,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// What `estimate --json` prints: the fields that `align --json` has under the same names.
+/// What `estimate --json` prints: like fields have the same names as in `align --json`, but `resolution` is one number.
 #[derive(Serialize)]
 struct Report {
     version: &'static str,
@@ -31,7 +31,7 @@ struct Report {
     score: Option<f64>,
     log10_false_alarms: Option<f64>,
     counts: Counts,
-    /// What `pr` meant, data units.
+    /// The length that `pr` stands for, data units.
     resolution: f64,
     seed: u64,
 }
@@ -72,7 +72,7 @@ pub(super) fn run(args: &EstimateArgs) -> Result<ExitCode> {
     Ok(if report.verdict == VerdictKind::Ok { ExitCode::SUCCESS } else { ExitCode::from(NOT_REGISTERED) })
 }
 
-/// What the stage works on.
+/// The input of the stage.
 struct Input {
     surfaces: Pair<Surface>,
     evidence: Evidence,
@@ -81,7 +81,7 @@ struct Input {
 }
 
 impl Input {
-    /// With the scans, their surfaces lend normals, frames, and the resolution.
+    /// Takes correspondences between scans, whose surfaces provide normals, frames and the resolution.
     fn on_scans(
         pairs: &[[Place; 2]],
         scans: &Pair<Loaded>,
@@ -98,7 +98,7 @@ impl Input {
         Ok(Input { surfaces, evidence, origins, resolution })
     }
 
-    /// Without them, the matched points are all there is.
+    /// Takes correspondences without scans: only the matched points are known.
     fn alone(pairs: &[[Place; 2]], config: &PipelineConfig, resolution: Option<f64>) -> Result<Input> {
         let Some(resolution) = resolution else {
             bail!("what pr means is unknown; say --resolution 0.6u, or name the scans with --source and --target");
@@ -167,7 +167,7 @@ impl Input {
 }
 
 impl Report {
-    /// For people.
+    /// Returns a summary for people.
     fn summary(&self) -> String {
         let mut lines = vec![format!("verdict          {} (confidence {:.3})", self.verdict, self.confidence)];
         lines.extend(self.reason.iter().map(|reason| format!("reason           {reason}")));
@@ -193,7 +193,7 @@ fn centred_pairs(pairs: &[[Place; 2]], origins: &Pair<Vector3<f64>>) -> Result<V
     pairs.iter().enumerate().map(|(i, pair)| both(pair).ok_or_else(|| too_far((i, pair)))).collect()
 }
 
-/// Middle of the bounding box of one side of the matches; zero for none.
+/// Returns the centre of the bounding box of one side of the matches; zero if there are none.
 fn middle(pairs: &[[Place; 2]], side: usize) -> Vector3<f64> {
     let mut places = pairs.iter().map(|pair| Vector3::from(pair[side].at));
     let Some(first) = places.next() else { return Vector3::zeros() };

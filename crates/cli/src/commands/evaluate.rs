@@ -1,4 +1,4 @@
-//! `congruent evaluate`: every pair of a data set, registered and judged.
+//! `congruent evaluate`: registers every pair of a data set and scores the result.
 
 use super::dataset::{Selected, names_of, select};
 use super::pages::write_pages;
@@ -19,12 +19,12 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// The bound that the running accuracy refers to, `pr`.
+/// The bound for the accuracy in the progress display, `pr`.
 const RUNNING_D_RMSE: f64 = 2.5;
-/// The configuration of the last run, and how its first line names the rows of it.
+/// The configuration of the last run; its first line has this prefix and names the rows that belong to it.
 const CONFIG: &str = "config.toml";
 const ROWS_ARE: &str = "# configuration of rows: ";
-/// Some pairs had a file that could not be used, or a truth.
+/// Exit code if some pairs had a file or a ground truth that could not be used.
 const SOME_ERRORS: u8 = 1;
 
 pub(super) fn run(args: &EvaluateArgs) -> Result<ExitCode> {
@@ -79,14 +79,14 @@ fn run_into(args: &EvaluateArgs, directory: &Path) -> Result<ExitCode> {
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(SOME_ERRORS) })
 }
 
-/// How pairs are registered, and what their scans suffer before.
+/// How pairs are registered, and how their scans are spoilt before that.
 #[derive(Clone, Copy)]
 struct Trial<'a> {
     config: &'a PipelineConfig,
     spoil: &'a [Nuisance],
 }
 
-/// Adds the rows that are not there yet.
+/// Adds the rows that are missing.
 fn evaluate(trial: Trial<'_>, configuration: &str, selected: &[Selected], rows: &mut EvaluationRows) -> Result<()> {
     let all: Vec<(&str, &TruePair)> =
         selected.iter().flat_map(|set| set.pairs.iter().map(|pair| (set.name.as_str(), pair))).collect();
@@ -119,7 +119,7 @@ fn evaluate(trial: Trial<'_>, configuration: &str, selected: &[Selected], rows: 
     Ok(())
 }
 
-/// Registers one pair. A file that cannot be used makes a row, too.
+/// Registers one pair and scores the result. A pair with a file that cannot be used gets a row, too.
 fn judged(dataset: &str, pair: &TruePair, Trial { config, spoil }: Trial<'_>) -> PairRow {
     let row = |overlap: f64| PairRow::new(dataset, &pair.source, &pair.target, overlap);
     let files = Pair { source: &pair.source_file, target: &pair.target_file };
@@ -140,14 +140,14 @@ fn judged(dataset: &str, pair: &TruePair, Trial { config, spoil }: Trial<'_>) ->
     row(overlap).judged(&truth, &registration, &trace, seconds)
 }
 
-/// The scans after all that they are to suffer, each of its own; `pr` in data units.
+/// Returns the scans after all nuisances, with separate random draws for each scan; `pr` in data units.
 fn spoilt(loaded: Pair<Loaded>, spoil: &[Nuisance], pr: f64, seed: u64) -> Result<Pair<Scan>, ScanError> {
     if spoil.is_empty() {
         return Ok(loaded.map(|loaded| loaded.scan));
     }
     let streams = Pair { source: seed.wrapping_mul(2), target: seed.wrapping_mul(2).wrapping_add(1) };
     let spoil = |(loaded, seed): (Loaded, u64)| {
-        // Each draws for itself, the same one twice as well.
+        // Each nuisance has its own random draws, even if the same one is given twice.
         let seeds = (0..).map(|place: u64| seed.wrapping_add(place << 32));
         let spoilt = spoil.iter().zip(seeds).fold(loaded.raw, |scan, (nuisance, seed)| nuisance.apply(&scan, pr, seed));
         Scan::new(&spoilt)
@@ -155,14 +155,14 @@ fn spoilt(loaded: Pair<Loaded>, spoil: &[Nuisance], pr: f64, seed: u64) -> Resul
     loaded.zip(streams).par_map(spoil).both()
 }
 
-/// What tells a pair from all others: its names and its truth.
+/// Returns a fingerprint that distinguishes a pair from all others: of its names and its ground truth.
 fn name_of(dataset: &str, pair: &TruePair) -> String {
     let truth = format!("{:?}", congruent_geometry::to_rows(&pair.target_from_source));
     fingerprint(&[dataset, &pair.source, &pair.target, &truth])
 }
 
-/// The rows of the configuration that was evaluated last into a directory: its file says which, since a run that finds all its
-/// rows adds none.
+/// Returns the rows of the configuration that was evaluated last into a directory. The configuration file there says
+/// which one it was, because a run that finds all its rows adds none.
 fn latest(directory: &Path) -> Result<Vec<PairRow>> {
     let rows = EvaluationRows::read(directory)?;
     let text = std::fs::read_to_string(directory.join(CONFIG)).unwrap_or_default();

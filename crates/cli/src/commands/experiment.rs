@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// The experiments, as they are written in `configs/experiments/`.
+/// The experiments, as written in `configs/experiments/`.
 pub(crate) const PLANS: [(&str, &str); 10] = [
     ("inliers", include_str!("../../../../configs/experiments/inliers.toml")),
     ("iterations", include_str!("../../../../configs/experiments/iterations.toml")),
@@ -28,9 +28,9 @@ pub(crate) const PLANS: [(&str, &str); 10] = [
     ("variants", include_str!("../../../../configs/experiments/variants.toml")),
     ("time", include_str!("../../../../configs/experiments/time.toml")),
 ];
-/// The chain of the experiments, if no other is named.
+/// The preset on which the experiments are based, unless another one is named.
 const PRESET: &str = "paper";
-/// Some pairs could not be used, or some lines of the truth.
+/// Exit code if some pairs or some lines of the ground truth could not be used.
 const SOME_ERRORS: u8 = 1;
 
 pub(super) fn run(args: &ExperimentArgs) -> Result<ExitCode> {
@@ -53,7 +53,7 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<ExitCode> {
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(SOME_ERRORS) })
 }
 
-/// All of them, the one of that name, or one from a file.
+/// Returns all experiments, the one of this name, or one from a file.
 fn plans(wanted: &str) -> Result<Vec<(String, Plan)>> {
     let built_in = PLANS.iter().filter(|(name, _)| wanted == "all" || wanted == *name);
     let mut plans = Vec::new();
@@ -80,7 +80,7 @@ fn parse(text: &str, name: &str) -> Result<Plan> {
     }
 }
 
-/// The plan's changes, applied to what the command line describes.
+/// Applies the changes of the plan to what the command line describes.
 fn variants(plan: &Plan, run: &RunArgs) -> Result<Vec<(String, PipelineConfig)>> {
     let of = |variant: &congruent_evaluation::experiment::Variant| {
         let set: Vec<String> = run.set.iter().chain(&variant.set).cloned().collect();
@@ -105,10 +105,10 @@ struct Experiment {
     left_out: Vec<String>,
 }
 
-/// Everything that is measured on one pair, or why it is not.
+/// All measurements on one pair, or why there are none.
 type Outcome = Result<Vec<Vec<Measured>>>;
 
-/// Runs all experiments on all pairs. Pairs run side by side, but not where a clock is read.
+/// Runs all experiments on all pairs: several pairs at a time, except where time is measured.
 fn measure(experiments: &mut [Experiment], selected: &[Selected]) {
     let (mut clocked, mut rest): (Vec<_>, Vec<_>) =
         experiments.iter_mut().partition(|experiment| experiment.plan.shows == Shows::Time);
@@ -168,7 +168,7 @@ impl Experiment {
         self.tally.add(dataset, measured);
     }
 
-    /// Writes the files, and returns the tables.
+    /// Writes the files and returns the tables.
     fn write(&self, output: &Path) -> Result<String> {
         let mut text = self.tally.markdown(&self.plan);
         if !self.left_out.is_empty() {
@@ -182,7 +182,7 @@ impl Experiment {
     }
 }
 
-/// The page and the figures that were asked for; texts beyond those of the experiments go to the end.
+/// Writes the page and the figures that were asked for; texts beyond those of the experiments go to the end.
 fn write_page(
     args: &ExperimentArgs,
     experiments: &[Experiment],
@@ -203,13 +203,13 @@ fn write_page(
     )
 }
 
-/// What the command line describes, on top of the preset of the experiments.
+/// Returns what the command line describes, on top of the preset of the experiments.
 fn on_preset(run: &RunArgs) -> RunArgs {
     let config = run.config.clone().or_else(|| Some(PathBuf::from(PRESET)));
     RunArgs { config, threads: None, ..run.clone() }
 }
 
-/// What the paper claims about these experiments, if anything.
+/// Writes which of the paper's claims about these experiments hold, if there are any.
 fn write_claims(experiments: &[Experiment], output: &Path) -> Result<Option<String>> {
     let counts: Vec<_> = experiments.iter().map(|e| (e.name.clone(), e.tally.counts(&e.plan))).collect();
     let claims = claims(&Counts { experiments: &counts });

@@ -10,25 +10,25 @@ use congruent_report::{decimals, digits};
 use serde::Serialize;
 use std::process::ExitCode;
 
-/// Lengths in data units.
+/// The content of a scan file; lengths in data units.
 #[derive(Serialize)]
 struct Inspection {
     file: String,
-    /// Points to work with.
+    /// Number of points after cleaning.
     points: usize,
     triangles: usize,
     dropped_non_finite: usize,
     dropped_duplicates: usize,
     dropped_far: usize,
-    /// Points that hang alone and would be left out with `strays = "dropped"`.
+    /// Isolated points, which would be left out with `strays = "dropped"`.
     strays: usize,
     extent: [f64; 3],
-    /// Middle of the bounding box, file coordinates.
+    /// Centre of the bounding box, file coordinates.
     centre: [f64; 3],
     /// Mean distance from a point to its nearest other point (`pr`).
     resolution: f64,
     resolution_standard_error: f64,
-    /// Where normals can be taken from.
+    /// Where normals come from.
     normals: &'static str,
 }
 

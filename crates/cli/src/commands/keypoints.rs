@@ -1,4 +1,4 @@
-//! `congruent keypoints`: where a scan is worth describing.
+//! `congruent keypoints`: the points of a scan that are worth describing.
 
 use super::stages::{Single, keypoint_rows, put};
 use crate::args::KeypointsArgs;

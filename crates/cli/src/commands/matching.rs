@@ -1,4 +1,4 @@
-//! `congruent match`: which places of two scans look alike.
+//! `congruent match`: matches the descriptors of two scans.
 
 use super::stages::{Described, put};
 use crate::args::MatchArgs;
@@ -37,7 +37,7 @@ pub(super) fn run(args: &MatchArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Rows that are called by their numbers.
+/// Returns places and features in which each row is its own keypoint number.
 fn numbered(Described { matrix, places }: Described) -> (Vec<congruent_io::Place>, Features) {
     let keypoints = (0..).take(places.len()).collect();
     (places, Features { keypoints, dim: matrix.columns, rows: matrix.values })

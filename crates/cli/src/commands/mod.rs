@@ -1,4 +1,4 @@
-//! One file a command.
+//! One file per command.
 
 mod align;
 mod config;
@@ -55,7 +55,7 @@ fn dispatched(command: Command) -> Result<ExitCode> {
     }
 }
 
-/// A scan as the file has it, and cleaned.
+/// A scan as its file has it, and cleaned.
 pub(crate) struct Loaded {
     raw: RawScan,
     pub(crate) scan: Scan,
@@ -103,14 +103,14 @@ pub(crate) fn load_as(path: &Path, reading: Reading) -> Result<Loaded> {
     Ok(Loaded { raw, scan })
 }
 
-/// The vertices of a mesh, however large its triangles are.
+/// Loads the vertices of a mesh, however large its triangles are.
 pub(crate) fn load_vertices(path: &Path) -> Result<Loaded> {
     let raw = congruent_io::read_scan(path)?;
     let scan = Scan::new(&raw).with_context(|| path.display().to_string())?;
     Ok(Loaded { raw, scan })
 }
 
-/// Runs work on so many threads, or on all processors.
+/// Does work on this number of threads, or on all processors.
 pub(crate) fn on_threads<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))

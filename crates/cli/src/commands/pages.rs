@@ -1,4 +1,4 @@
-//! Pages and figures of many pairs on disk.
+//! Writes pages and figures about many pairs.
 
 use crate::args::PageArgs;
 use anyhow::{Context, Result};

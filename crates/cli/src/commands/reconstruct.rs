@@ -1,4 +1,4 @@
-//! `congruent reconstruct`.
+//! `congruent reconstruct`: many scans into one frame.
 
 use crate::args::{PairChoice, ReconstructArgs};
 use crate::batch::{self, Ended, Input};
@@ -11,9 +11,9 @@ use congruent_reconstruction::{Surfaces, proposals};
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Above so many scans not every pair is registered.
+/// Maximum number of scans for which every pair is registered.
 const ALL_PAIRS_UP_TO: usize = 40;
-/// Some scan has no place, or there are several components.
+/// Exit code if some scan has no place, or there are several components.
 const INCOMPLETE: u8 = 1;
 
 pub(crate) fn run(args: &ReconstructArgs) -> Result<ExitCode> {

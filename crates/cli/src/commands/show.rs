@@ -37,7 +37,7 @@ pub(super) fn run(args: &EvaluateArgs, wanted: &str) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The pair of that name.
+/// Finds the pair of that name.
 fn find<'a>(pairs: &[&'a TruePair], wanted: &str) -> Result<&'a TruePair> {
     let name = |pair: &&TruePair| format!("{},{}", pair.source, pair.target);
     match pairs.iter().copied().find(|pair| name(pair) == wanted) {

@@ -1,4 +1,4 @@
-//! `congruent simulate`: a data set with exact truth.
+//! `congruent simulate`: a data set with exact ground truth.
 
 use crate::args::{SimulateArgs, SimulatedKind};
 use crate::output;
@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 const PAIRS: &str = "pairs.csv";
 const DESCRIPTION: &str = "dataset.toml";
-/// So many groups in a row without a pair mean that there will be none.
+/// After this many consecutive groups without a pair, none is expected any more.
 const FRUITLESS_GROUPS: u64 = 20;
 
 pub(super) fn run(args: &SimulateArgs) -> Result<ExitCode> {
@@ -48,7 +48,8 @@ pub(super) fn run(args: &SimulateArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Refuses a directory that holds another data set: its list would be replaced, and its scans would stay among the new ones.
+/// Refuses a directory that holds another data set: its list would be replaced, and its scans would remain among the
+/// new ones.
 fn check_directory(directory: &Path, description: &str) -> Result<()> {
     let held = std::fs::read_to_string(directory.join(DESCRIPTION)).ok();
     if held.as_deref() == Some(description) || (held.is_none() && !directory.join(PAIRS).exists()) {
@@ -57,7 +58,7 @@ fn check_directory(directory: &Path, description: &str) -> Result<()> {
     bail!("{}: holds another data set; choose another directory, or remove it", directory.display());
 }
 
-/// A surface to scan.
+/// Reads a surface to scan.
 fn mesh(file: &Path) -> Result<Mesh> {
     let raw = read_scan(file)?;
     if raw.triangles.is_empty() {

@@ -23,7 +23,7 @@ pub(super) struct Single {
 }
 
 impl Single {
-    /// Reads and prepares a scan; says what `pr` means.
+    /// Reads and prepares a scan; reports the length that `pr` stands for.
     pub(super) fn load(path: &Path, stage: &StageArgs, config: &PipelineConfig) -> Result<Single> {
         let scan = super::load(path)?.scan;
         let Prepared { mut surfaces, resolution, .. } =
@@ -34,7 +34,7 @@ impl Single {
     }
 }
 
-/// Text for a file, or for stdout where none is named.
+/// Writes text to a file, or to stdout if none is named.
 pub(super) fn put(output: Option<&Path>, text: &str) -> Result<()> {
     match output {
         Some(path) => write_file(path, text.as_bytes())?,
@@ -43,15 +43,16 @@ pub(super) fn put(output: Option<&Path>, text: &str) -> Result<()> {
     Ok(())
 }
 
-/// A surface point in file coordinates.
+/// Returns a surface point in file coordinates.
 fn in_file(point: &Point, origin: &Vector3<f64>) -> [f64; 3] {
     (wide(*point) + origin).into()
 }
 
-/// Coordinates beyond this, data units from the scan's middle, are a mistake; their squares would not fit into `f32`.
+/// Coordinates farther than this from the centre of the scan, data units, are a mistake; their squares could exceed the
+/// range of `f32`.
 const FARTHEST: f64 = 1e12;
 
-/// A place in a file as a centred point; nothing where it is absurdly far from the scan.
+/// Returns a place from a file as a centred point; `None` if it is absurdly far from the scan.
 pub(super) fn centred(at: &[f64; 3], origin: &Vector3<f64>) -> Option<Point> {
     let offset = Vector3::from(*at) - origin;
     (offset.amax() <= FARTHEST).then(|| narrow(&offset))
@@ -103,7 +104,7 @@ impl Described {
     }
 }
 
-/// The places of a matrix's rows: the same name with `.csv`.
+/// Returns the file with the places of a matrix's rows: the same name with `.csv`.
 pub(super) fn sibling(path: &Path) -> Result<PathBuf> {
     if path.extension().is_none_or(|extension| extension != "npy") {
         bail!(
@@ -114,10 +115,10 @@ pub(super) fn sibling(path: &Path) -> Result<PathBuf> {
     Ok(path.with_extension("csv"))
 }
 
-/// Places farther from every sampled point than this many resolutions are of another scan.
+/// Places farther than this many resolutions from every sampled point belong to another scan.
 const FARTHEST_PR: f64 = 4.0;
 
-/// The sampled points nearest to the places of a file, in its order, each once.
+/// Returns the sampled points nearest to the places of a file, in the same order, each once.
 pub(super) fn read_keypoints(path: &Path, single: &Single) -> Result<Vec<u32>> {
     let Single { scan, surface, resolution } = single;
     let mut taken = vec![false; surface.len()];
@@ -139,7 +140,7 @@ pub(super) fn read_keypoints(path: &Path, single: &Single) -> Result<Vec<u32>> {
     Ok(points)
 }
 
-/// Writes what the stages left, as files that the stage commands read.
+/// Writes what the stages produced, as files that the stage commands read.
 pub(super) fn save(directory: &Path, trace: Trace, scans: Pair<&Scan>) -> Result<()> {
     std::fs::create_dir_all(directory).with_context(|| format!("{}: cannot be created", directory.display()))?;
     let Some(surfaces) = trace.surfaces else {
