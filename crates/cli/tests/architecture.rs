@@ -1,13 +1,13 @@
-//! The edges between the crates are those that ARCHITECTURE.md allows.
+//! The dependencies between the crates are those that ARCHITECTURE.md allows.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 const ARCHITECTURE: &str = include_str!("../../../ARCHITECTURE.md");
-/// Only the program may know these.
+/// Only the program may depend on these.
 const ONLY_CLI: &[&str] = &["clap", "ctrlc", "indicatif", "anyhow"];
 
-/// What the table says that each crate may use, without what that may use.
+/// Returns which crates each crate may use directly, according to the table.
 fn table() -> BTreeMap<&'static str, Vec<&'static str>> {
     let (_, crates) = ARCHITECTURE.split_once("## Crates").expect("a section of crates");
     let (crates, _) = crates.split_once("\n## ").expect("a section after it");
@@ -20,7 +20,7 @@ fn table() -> BTreeMap<&'static str, Vec<&'static str>> {
     crates.lines().filter(|line| line.starts_with("| `")).map(|line| row(line).expect(line)).collect()
 }
 
-/// With what they may use in turn.
+/// Finds all crates that a crate may use, directly or through others.
 fn all_used(by: &str, table: &BTreeMap<&'static str, Vec<&'static str>>, found: &mut BTreeSet<&'static str>) {
     for used in table.get(by).unwrap_or_else(|| panic!("`{by}` is not in the table of ARCHITECTURE.md")) {
         if found.insert(used) {

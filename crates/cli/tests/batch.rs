@@ -1,4 +1,4 @@
-//! `congruent batch` and `merge` as a user meets them: one broken scan among four good ones.
+//! `congruent batch` and `merge` as a user sees them: one broken scan among four good ones.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use congruent_geometry::to_rows;
@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-/// Four small looks at a figurine, and a file that is cut off.
+/// Four small scans of a figurine, and a truncated file.
 fn scans() -> TempDir {
     let folder = TempDir::new().unwrap();
     let look = |azimuth: f64| {
@@ -163,7 +163,7 @@ fn tables_name_pairs_and_the_written_table_is_one() {
     assert_eq!((&again["target_from_source"], &again["seed"]), (&row["target_from_source"], &row["seed"]));
 }
 
-/// One random sample finds nothing; a pose that is given competes with it and wins.
+/// One random sample finds nothing; a given pose competes with it and wins.
 #[test]
 fn an_initial_pose_in_the_table_is_used() {
     let (scans, out) = (scans(), TempDir::new().unwrap());
@@ -205,7 +205,7 @@ fn corrupt_and_empty_scans_are_rows_and_a_directory_is_told() {
     std::fs::write(scans.path().join("void.ply"), "").unwrap();
     std::fs::create_dir(scans.path().join("x.ply")).unwrap();
     std::fs::write(scans.path().join("notes.txt"), "no scan").unwrap();
-    // The results beside the scans: they are not taken for any.
+    // The results are beside the scans and are not taken for scans.
     let output = batch(scans.path(), scans.path(), &["--sequential"]);
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert!(stderr(&output).contains("x.ply: is a directory"), "{}", stderr(&output));

@@ -1,4 +1,4 @@
-//! `congruent batch` that is killed, interrupted, or finds the disk full: nothing is lost, and it goes on.
+//! `congruent batch` is killed, interrupted, or finds the disk full: nothing is lost, and it can be continued.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use tempfile::TempDir;
 
-/// Six small looks at a figurine: five pairs of neighbours.
+/// Six small scans of a figurine: five pairs of neighbours.
 fn scans() -> TempDir {
     let folder = TempDir::new().unwrap();
     let look = |azimuth: f64| {
@@ -50,7 +50,7 @@ fn table(folder: &Path) -> Vec<String> {
     text.lines().map(|line| line.rsplit_once(',').unwrap().0.to_owned()).collect()
 }
 
-/// Started, and so far that a row is written.
+/// Starts a command and waits until it has written a row.
 fn begun(mut command: Command) -> (Child, BufReader<std::process::ChildStderr>) {
     let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
     let mut said = BufReader::new(child.stderr.take().unwrap());
@@ -62,7 +62,7 @@ fn begun(mut command: Command) -> (Child, BufReader<std::process::ChildStderr>) 
     (child, said)
 }
 
-/// What is there after a stop is of the undisturbed run, and `--resume` makes the same of it.
+/// Checks that `--resume` after a stop registers only what is missing and gives the result of an undisturbed run.
 fn check_goes_on(scans: &TempDir, out: &Path) {
     let whole = TempDir::new().unwrap();
     assert!(batch(scans, whole.path(), &[]).output().unwrap().status.success());
@@ -112,10 +112,10 @@ fn nobody_listening_is_no_reason_to_stop() {
     assert_eq!(rows(out.path()).len(), 5);
 }
 
-/// A file may not grow beyond a limit, which fails as a full disk does and takes a part of the last line, too.
+/// A limit on the size of files fails as a full disk does, and also cuts off a part of the last line.
 #[test]
 fn a_full_disk_is_said_and_the_rows_before_it_are_whole() {
-    /// Bytes: room for the settings and for two or three rows.
+    /// Bytes: enough for the settings and two or three rows.
     const LIMIT: u64 = 4096;
     let (scans, out) = (scans(), TempDir::new().unwrap());
     let mut limited = Command::new("bash");

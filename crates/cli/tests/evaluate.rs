@@ -64,7 +64,7 @@ fn a_stopped_evaluation_resumes_and_pairs_with_a_bad_file_are_rows() {
     assert!((1..3).contains(&bad) && rows.len() == 3, "{rows:?}");
     assert!(rows.iter().any(|row| row["error"].as_str().is_some_and(|why| why.contains("g000_v1.ply"))));
 
-    // As if the program had been killed in the middle of its last row: what is whole is kept to the last bit.
+    // As if the program had been killed while it wrote its last row: complete rows are kept to the last bit.
     fs::write(&scan, bytes).unwrap();
     let jsonl = bench.folder.path().join("out/results.jsonl");
     let whole = fs::read_to_string(&jsonl).unwrap();
@@ -119,7 +119,7 @@ fn two_configurations_are_compared_on_the_same_pairs() {
     let (ours, theirs) = (&bench.rows("out")[0], &bench.rows("other")[0]);
     assert_eq!(ours["pair"], theirs["pair"]);
     assert_ne!(ours["configuration"], theirs["configuration"]);
-    // Evaluated again, the first one adds no row and is the last one all the same.
+    // Evaluated again, the first configuration adds no row but is still the last one.
     let both = |more: &[&str]| bench.evaluate("out", &[&["--pairs", "2"], more].concat());
     both(&["--set", "seed=5"]);
     both(&[]);
@@ -152,7 +152,7 @@ fn a_truth_with_bad_lines_is_said_and_the_rest_is_evaluated() {
     }
     let mut unknown = good.clone();
     unknown[0] = "nobody.ply";
-    // A truth that leads nowhere near: nothing is shared, so nothing can be judged.
+    // Under this ground truth the scans share nothing, so no pose can be judged.
     let mut apart = good.clone();
     apart[6] = "1e6";
     let bad = [lines[0].to_owned(), not_a_number, line(&mirrored), line(&unknown), line(&apart), line(&good)];

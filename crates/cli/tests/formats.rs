@@ -9,9 +9,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-/// These round coordinates: LAS and LAZ to whole steps (a billionth of the longest side), E57 by the last bit of a sum, STL to
-/// `float`, in the order of its faces. A point on the border of a cell of the grid then counts for the other cell, and the
-/// samples differ; so the poses may by this many resolutions. All other formats keep every digit, and the pose every bit.
+/// These formats round coordinates: LAS and LAZ to whole steps (a billionth of the longest side), E57 in the last bit
+/// of a sum, STL to `float`, and STL also orders points by its faces. A point on the border of a grid cell may then
+/// count for another cell, so the samples differ, and the poses may differ by this many resolutions. All other formats
+/// keep every digit, and thus every bit of the pose.
 const ROUNDING: [&str; 4] = ["las", "laz", "e57", "stl"];
 const SAME_POSE_PR: f64 = 0.1;
 
@@ -23,7 +24,7 @@ fn text(bytes: &[u8]) -> &str {
     str::from_utf8(bytes).unwrap()
 }
 
-/// Both scans as PLY files, converted to the format by the program.
+/// Writes both scans as PLY files, and converts them to the format with the program.
 fn converted(folder: &Path, scans: &[RawScan; 2], extension: &str) -> [PathBuf; 2] {
     [("source", &scans[0]), ("target", &scans[1])].map(|(name, scan)| {
         let ply = folder.join(name).with_extension("ply");
@@ -39,7 +40,7 @@ fn converted(folder: &Path, scans: &[RawScan; 2], extension: &str) -> [PathBuf; 
     })
 }
 
-/// The pose that the program finds, and the scans' resolution.
+/// Returns the pose that the program finds, and the resolution of the scans.
 fn aligned([source, target]: &[PathBuf; 2]) -> (RigidTransform, f64) {
     let output = congruent(&["align".as_ref(), source, target, "--json".as_ref()]);
     assert_eq!(output.status.code(), Some(0), "{}: {}", source.display(), text(&output.stderr));
@@ -48,12 +49,12 @@ fn aligned([source, target]: &[PathBuf; 2]) -> (RigidTransform, f64) {
     (from_rows(&rows, 1e-9).unwrap(), value["resolution"]["raw"].as_f64().unwrap())
 }
 
-/// The pose from files of every format is that from PLY.
+/// Checks that files of every format give the same pose as PLY files.
 fn check_same_pose(scans: &[RawScan; 2], extensions: &[&str]) {
     let folder = TempDir::new().unwrap();
     let (expected, resolution) = aligned(&converted(folder.path(), scans, "ply"));
     let centred = scans.each_ref().map(|raw| Scan::new(raw).unwrap());
-    // Between the centred clouds, where the points are.
+    // The pose between the centred clouds.
     let between = |pose: &RigidTransform| uncentred(pose, &-centred[0].origin(), &-centred[1].origin());
     for extension in extensions {
         let (pose, _) = aligned(&converted(folder.path(), scans, extension));
@@ -73,7 +74,7 @@ fn the_same_clouds_in_every_format_give_the_same_pose() {
 
 #[test]
 fn the_same_meshes_in_every_format_of_faces_give_the_same_pose() {
-    /// Depths of neighbouring pixels on one surface differ by less, data units.
+    /// Maximum difference in depth between neighbouring pixels on one surface, data units.
     const MAX_JUMP: f64 = 3.0;
     let shape = figurine(1);
     let scans = [0.0, 0.7].map(|azimuth| {
@@ -83,7 +84,7 @@ fn the_same_meshes_in_every_format_of_faces_give_the_same_pose() {
     check_same_pose(&scans, &["obj", "off", "stl"]);
 }
 
-/// STL holds no others.
+/// Removes points that no triangle uses, because STL cannot hold them.
 fn without_loose_points(scan: &RawScan) -> RawScan {
     let mut used: Vec<u32> = scan.triangles.iter().flatten().copied().collect();
     used.sort_unstable();

@@ -1,4 +1,4 @@
-//! The layouts in which other people's data sets come, each as a miniature made of simulated scans.
+//! The layouts of published data sets, each as a miniature made of simulated scans.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use congruent_evaluation::GroundTruth;
@@ -27,7 +27,7 @@ fn matrix(pose: &RigidTransform) -> String {
     to_rows(pose).map(|row| row.map(|v| format!("{v:.6}")).join(" ")).join("\n")
 }
 
-/// The data set has one pair, and its truth brings the scans together.
+/// Checks that the data set has one pair, and that its ground truth aligns the scans.
 fn check(folder: &TempDir, pair: &ScanPair) {
     check_at(folder.path(), pair);
 }
@@ -106,7 +106,7 @@ fn a_folder_of_xf_as_of_bod5() {
     check(&folder, &pair);
 }
 
-/// Both views of an object in a folder of its own, each with a pose into a common frame that is neither's.
+/// Both views of an object are in a folder of its own, each with a pose into a common frame that is neither view's.
 #[test]
 fn views_with_poses_as_of_u3m_and_bmr() {
     let (folder, pair) = (TempDir::new().unwrap(), miniature());
@@ -157,7 +157,7 @@ fn every_description_that_comes_along_can_be_read() {
     let empty = TempDir::new().unwrap();
     let entries = std::fs::read_dir(all).unwrap().map(|entry| entry.unwrap().path());
     for path in entries.filter(|path| path.is_dir()) {
-        // The data do not come along, so the first thing that is missing is the truth.
+        // The data are not included, so the first thing that is missing is the ground truth.
         let message = read_dataset(&path, Some(empty.path())).unwrap_err().to_string();
         assert!(message.contains(empty.path().to_str().unwrap()) && message.contains("cannot be read"), "{message}");
     }

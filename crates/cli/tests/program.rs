@@ -1,4 +1,4 @@
-//! The program as a user meets it: help, exit codes, JSON, bad files.
+//! The program as a user sees it: help, exit codes, JSON, bad files.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
 
-/// The demo's scans, made once for each test that needs them.
+/// Runs the demo, once for each test that needs its scans.
 fn demo() -> (TempDir, Output) {
     let folder = TempDir::new().unwrap();
     let output = congruent(&["demo", folder.path().to_str().unwrap()]);
@@ -61,7 +61,7 @@ fn the_demo_registers_and_says_what_it_wrote() {
     }
 }
 
-/// Numbers that change from run to run or from machine to machine, made to look alike.
+/// Replaces values that change from run to run or from machine to machine.
 fn shape_of(value: &serde_json::Value) -> serde_json::Value {
     use serde_json::Value;
     match value {
@@ -141,7 +141,7 @@ fn results_are_written_where_they_were_wanted() {
     assert_eq!(value["verdict"], "ok");
     congruent(&["align", &source, &target, "-o", &matrix]);
     assert_eq!(std::fs::read_to_string(&matrix).unwrap().split_whitespace().count(), 16);
-    // The source, once moved, needs to move no more.
+    // The moved source is already aligned.
     let again = congruent(&["align", &aligned, &target, "--json"]);
     let value: serde_json::Value = serde_json::from_str(&stdout(&again)).unwrap();
     for (i, row) in value["target_from_source"].as_array().unwrap().iter().enumerate() {
@@ -171,7 +171,7 @@ fn nothing_is_written_over_what_is_read() {
         assert!(stderr(&output).contains(expected) && stdout(&output).is_empty(), "{}", stderr(&output));
     }
     assert!(std::fs::read(&target).unwrap() == before && !Path::new(&new).exists());
-    // A simulated data set replaces itself, nothing else.
+    // A simulated data set may replace itself, but no other one.
     let set = path(&folder, "set");
     let simulate = |pairs: &str| congruent(&["simulate", "bmr-like", &set, "--pairs", pairs]).status.code();
     assert_eq!(["1", "1", "2"].map(simulate), [Some(0), Some(0), Some(2)]);
@@ -283,7 +283,7 @@ fn what_cannot_be_registered_exits_1_and_still_prints_json() {
     assert_eq!(value["verdict"], "failed");
     assert!(value["reason"].as_str().is_some_and(|reason| !reason.is_empty()));
     assert!(!Path::new(&moved).exists() && stderr(&output).contains("not written"));
-    // A failure is shown, too.
+    // A failure also gets a page.
     assert!(std::fs::read_to_string(&page).unwrap().contains("<strong>failed</strong>"));
 }
 

@@ -1,4 +1,4 @@
-//! `congruent reconstruct` as a user meets it: two objects in one folder, a broken scan, other names.
+//! `congruent reconstruct` as a user sees it: two objects in one folder, a broken scan, other names.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use congruent_geometry::{RigidTransform, from_rows, mean_displacement, narrow};
@@ -12,17 +12,17 @@ use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-/// From one look to the next.
+/// Angle from one view to the next, degrees.
 const TURN: f64 = 25.0;
 
-/// Three small looks at a figurine, each in its scanner's frame; the first one's true poses in the frames of the others.
+/// Three small scans of a figurine, each in its scanner's frame, and the true poses of the first one in these frames.
 struct Looks {
     scans: Vec<Vec<[f64; 3]>>,
-    /// `of the i-th from the first`.
+    /// The i-th maps the frame of the first scan to that of the i-th.
     from_first: [RigidTransform; 3],
 }
 
-/// `stretch` along the three axes makes another object of the figurine.
+/// Scans a figurine stretched along the three axes, which makes it another object.
 fn looks(stretch: [f64; 3]) -> Looks {
     let mut mesh = figurine(1);
     mesh.points.iter_mut().for_each(|p| (0..3).for_each(|axis| p[axis] *= stretch[axis]));
@@ -52,7 +52,7 @@ fn pose_of(result: &Value, scan: &str) -> RigidTransform {
     from_rows(&serde_json::from_value::<[[f64; 4]; 4]>(line["frame_from_scan"].clone()).unwrap(), 1e-6).unwrap()
 }
 
-/// How far a relative pose is from another one, in units of the resolution.
+/// Returns the distance between two relative poses, in units of the resolution.
 fn off(points: &[[f64; 3]], a: &RigidTransform, b: &RigidTransform, result: &Value) -> f64 {
     let points: Vec<_> = points.iter().map(|p| narrow(&Vector3::from(*p))).collect();
     mean_displacement(&points, a, b) / result["resolution"].as_f64().unwrap()

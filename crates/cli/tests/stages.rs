@@ -1,4 +1,4 @@
-//! The stage commands, one after the other and against `align`.
+//! The stage commands, one after the other and compared with `align`.
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use congruent_geometry::{RigidTransform, Scan, from_rows, mean_displacement};
@@ -29,7 +29,7 @@ impl Folder {
         std::fs::write(self.path(name), text).unwrap();
     }
 
-    /// Runs the program in the folder; words are parted by spaces.
+    /// Runs the program in the folder; arguments are separated by spaces.
     fn run(&self, words: &str) -> Output {
         let program = Command::new(env!("CARGO_BIN_EXE_congruent"))
             .current_dir(self.0.path())
@@ -38,7 +38,7 @@ impl Folder {
         program.unwrap()
     }
 
-    /// The same for a run that must succeed; what it printed.
+    /// Runs the program, which must succeed, and returns what it printed.
     fn ok(&self, words: &str) -> String {
         let output = self.run(words);
         assert!(output.status.success(), "{words}: {}", String::from_utf8_lossy(&output.stderr));
@@ -55,10 +55,10 @@ fn pose(result: &serde_json::Value) -> RigidTransform {
     from_rows(&rows, 1e-6).unwrap()
 }
 
-/// Mean distance between where two poses put the points of a scan, data units.
+/// Returns the mean distance between the places to which two poses move the points of a scan, data units.
 fn displacement(scan: &Path, a: &RigidTransform, b: &RigidTransform) -> f64 {
     let scan = Scan::new(&read_scan(scan).unwrap()).unwrap();
-    // The points are centred, so the poses must be told where they were.
+    // The points are centred, so the poses must include their offset.
     let shift = RigidTransform::from_parts((*scan.origin()).into(), nalgebra::UnitQuaternion::identity());
     mean_displacement(scan.points(), &(a * shift), &(b * shift))
 }
@@ -68,7 +68,7 @@ fn the_stages_one_by_one_come_to_the_pose_of_align() {
     let folder = Folder::with_scans();
     let align = folder.json("align source.ply target.ply -c paper --seed 3 --json");
     assert_eq!(align["verdict"], "ok", "{align}");
-    // What pr means in a pair is settled by both scans; here it is said, and so is the grid.
+    // In a pair, `pr` depends on both scans; here it is given, and so is the grid.
     let resolution = align["resolution"]["sampled"].as_f64().unwrap();
     let leaf = align["lengths"]["sampling.voxel-grid.leaf"].as_f64().unwrap();
     let stage = format!("-c paper --resolution {resolution:?}u --set sampling.voxel-grid.leaf={leaf:?}u");
@@ -81,7 +81,7 @@ fn the_stages_one_by_one_come_to_the_pose_of_align() {
     assert_eq!(estimate["verdict"], "ok", "{estimate}");
     assert_eq!(estimate["counts"]["correspondences"], align["counts"]["correspondences"]);
     let apart = displacement(&folder.path("source.ply"), &pose(&align), &pose(&estimate));
-    // The same trial wins; its points are centred differently, which moves their last bits.
+    // The same trial wins; its points are centred differently, which changes the last bits.
     assert!(apart < 1e-2 * resolution, "{apart}");
 }
 
@@ -122,7 +122,7 @@ fn saved_stages_are_read_again_and_give_the_same_winner() {
 fn positions_of_points_and_bare_coordinates_are_estimated_from() {
     let folder = Folder::with_scans();
     let points = read_scan(&folder.path("source.ply")).unwrap().points;
-    // The source with itself: every point is where it was.
+    // The source with itself: every point stays where it was.
     let some = || (0..points.len()).step_by(97);
     folder.write("pairs.txt", &some().map(|i| format!("{i} {i}\n")).collect::<String>());
     let line = |i: usize| format!("{0:?} {1:?} {2:?} {0:?} {1:?} {2:?}\n", points[i][0], points[i][1], points[i][2]);
@@ -178,7 +178,7 @@ fn wrong_inputs_are_named_and_leave_with_two() {
         let message = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.code() == Some(2) && message.contains(expected), "{words}: {} {message}", output.status);
     }
-    // Three matches prove nothing: an answer, not an error.
+    // Three matches prove nothing: this is an answer, not an error.
     let output = folder.run("estimate matches.csv --resolution 1u -c paper");
     assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
 }
