@@ -42,7 +42,7 @@ pub(crate) struct Report {
     /// Evidence for and against the answer, if the surfaces were compared.
     reasons: Option<Reasons>,
     counts: Counts,
-    /// Mean distance between neighbouring points: of the scans as read, and of the sampled clouds (`pr`).
+    /// Mean distance between neighbouring points of the scans as read, and the length that `pr` stands for after sampling.
     resolution: Resolution,
     /// The attempt that produced the answer.
     attempt: Attempt,
