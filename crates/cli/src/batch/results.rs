@@ -97,7 +97,9 @@ impl Run {
         } else if let Some((name, _)) =
             self.scans.iter().find(|(name, now)| other.scans.get(*name).is_some_and(|then| then != *now))
         {
-            Some(format!("the scan {name} has changed since, or was read with another --thin; read it in the same way, or take another folder"))
+            Some(format!(
+                "the scan {name} has changed since, or was read with another --thin; read it in the same way, or take another folder"
+            ))
         } else if self.lengths != other.lengths {
             Some("it has other scans, which have other lengths together; take another folder".to_owned())
         } else {

@@ -61,12 +61,12 @@ pub(crate) struct Loaded {
     pub(crate) scan: Scan,
 }
 
-/// What a user says about a scan file.
+/// How a scan file is read.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Reading {
-    /// Where the scanner stood, file coordinates; goes before what the file says.
+    /// Position of the scanner, file coordinates; takes precedence over that in the file.
     pub(crate) viewpoint: Option<[f64; 3]>,
-    /// Side of the cubes of which one point each is kept, file units.
+    /// Side of the cells of which one point each is kept, file units; all points if it is not given.
     pub(crate) thin: Option<f64>,
 }
 
@@ -75,7 +75,7 @@ impl Reading {
         Reading { thin: args.thin, ..Reading::default() }
     }
 
-    /// The scan as the file has it, as far as it is to be kept.
+    /// Reads what is to be kept of a file.
     pub(crate) fn raw(&self, path: &Path) -> Result<RawScan> {
         let raw = match self.thin {
             None => congruent_io::read_scan(path)?,
@@ -85,10 +85,12 @@ impl Reading {
     }
 }
 
+/// Loads a scan as its file has it.
 pub(crate) fn load(path: &Path) -> Result<Loaded> {
     load_as(path, Reading::default())
 }
 
+/// Loads a scan, read as the user wants it; samples it if it is a mesh of large triangles.
 pub(crate) fn load_as(path: &Path, reading: Reading) -> Result<Loaded> {
     let raw = reading.raw(path)?;
     let samples = samples_of_coarse_mesh(&raw);
