@@ -7,18 +7,44 @@ use rayon::prelude::*;
 /// Coordinates in units of a cell's side, rounded down.
 pub(super) type Cell = [i64; 3];
 
-/// Number of points whose cells one thread numbers at a time.
-const NUMBERS_AT_A_TIME: usize = 1 << 15;
-
-#[inline]
-pub(super) fn cell(p: &Point, leaf: f64) -> Cell {
-    p.map(|v| {
-        let place = f64::from(v) / leaf;
-        // The floor, without a function call.
-        let towards_zero = place as i64;
-        towards_zero - i64::from(place < towards_zero as f64)
-    })
+/// The size of the cells.
+#[derive(Clone, Copy)]
+pub(super) struct Leaf {
+    pub(super) side: f64,
+    /// Number of cells per unit of length: a product with it takes a fraction of the time of a division by the side.
+    per_unit: f64,
 }
+
+impl Leaf {
+    /// A side below 2⁻⁵⁰ of the largest coordinate is raised to that, since finer cells could not be numbered.
+    pub(super) fn new(side: f64, (low, high): &(Point, Point)) -> Leaf {
+        let largest = (0..3).fold(0.0f32, |largest, axis| largest.max(-low[axis]).max(high[axis]));
+        let side = side.max(f64::from(largest) * 2f64.powi(-50)).max(SMALLEST);
+        Leaf { side, per_unit: 1.0 / side }
+    }
+
+    /// Returns a coordinate in units of a cell's side.
+    #[inline(always)]
+    pub(super) fn place(self, v: f32) -> f64 {
+        f64::from(v) * self.per_unit
+    }
+
+    #[inline]
+    pub(super) fn cell(self, p: &Point) -> Cell {
+        p.map(|v| {
+            let place = self.place(v);
+            // The floor, without a function call.
+            let towards_zero = place as i64;
+            towards_zero - i64::from(place < towards_zero as f64)
+        })
+    }
+}
+
+/// Smallest side of a cell: its inverse is finite.
+const SMALLEST: f64 = 1e-300;
+
+/// Number of points whose cells one thread numbers at a time.
+const NUMBERS_AT_A_TIME: usize = 1 << 17;
 
 /// Packs cells into single numbers of the same order, if those of the whole cloud fit.
 pub(super) struct Packing {
@@ -30,9 +56,9 @@ pub(super) struct Packing {
 
 impl Packing {
     /// Creates the packing of a cloud between two corners; `None` without points, or if its cells do not fit.
-    pub(super) fn of((low, high): &(Point, Point), leaf: f64) -> Option<Packing> {
+    pub(super) fn of((low, high): &(Point, Point), leaf: Leaf) -> Option<Packing> {
         let corners = Some((low, high)).filter(|(low, high)| low[0] <= high[0]);
-        let (low, high) = corners.map(|(low, high)| (cell(low, leaf), cell(high, leaf)))?;
+        let (low, high) = corners.map(|(low, high)| (leaf.cell(low), leaf.cell(high)))?;
         let last: [u64; 3] = std::array::from_fn(|k| high[k].abs_diff(low[k]));
         let (size, bits) = (last.map(|last| last.saturating_add(1)), last.map(|last| u64::BITS - last.leading_zeros()));
         (bits.iter().sum::<u32>() <= u64::BITS).then_some(Packing { low, size, bits })
@@ -46,7 +72,7 @@ impl Packing {
 
     /// Returns the numbers, among the cells of the box, of the cells of all points; requires that the box has few
     /// cells.
-    pub(super) fn numbers(&self, points: &[Point], leaf: f64) -> Vec<u32> {
+    pub(super) fn numbers(&self, points: &[Point], leaf: Leaf) -> Vec<u32> {
         let mut numbers = vec![0; points.len()];
         let steps = [self.size[1] * self.size[2], self.size[2], 1].map(|step| step as u32);
         let low = self.low.map(|low| low as f64);
@@ -66,11 +92,10 @@ impl Packing {
 
 /// Numbers the cells in a box of at most 2³¹ cells; `steps` are the increments of the numbers along each axis.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
-fn number_cells(points: &[Point], leaf: f64, low: [f64; 3], steps: [u32; 3], numbers: &mut [u32]) {
+fn number_cells(points: &[Point], leaf: Leaf, low: [f64; 3], steps: [u32; 3], numbers: &mut [u32]) {
     for (number, point) in numbers.iter_mut().zip(points) {
         // Below 2⁵³, so the difference is exact.
-        let [x, y, z]: [u32; 3] =
-            std::array::from_fn(|axis| whole((f64::from(point[axis]) / leaf).floor() - low[axis]) as u32);
+        let [x, y, z]: [u32; 3] = std::array::from_fn(|axis| whole(leaf.place(point[axis]).floor() - low[axis]) as u32);
         *number = x * steps[0] + y * steps[1] + z;
     }
 }

@@ -1,7 +1,7 @@
 //! The means of the points in each cell and of their normals.
 
 use super::Sample;
-use super::cell::whole;
+use super::cell::{Leaf, whole};
 use super::numbered::Numbered;
 use crate::{Point, narrow};
 use multiversion::multiversion;
@@ -17,10 +17,10 @@ const CUT_AT_A_TIME: usize = 512;
 /// Minimum number of points worth a thread.
 const MIN_POINTS: usize = 1 << 16;
 /// Minimum number of cells that one thread takes at a time.
-const CELLS_AT_A_TIME: usize = 1 << 14;
+const CELLS_AT_A_TIME: usize = 1 << 16;
 
 /// Computes the means of each cell, in cell order.
-pub(super) fn means(points: &[Point], normals: Option<&[Point]>, leaf: f64, cells: &Numbered) -> Sample {
+pub(super) fn means(points: &[Point], normals: Option<&[Point]>, leaf: Leaf, cells: &Numbered) -> Sample {
     let per_unit = 2f64.powi(STEP_BITS.min((points.len() as u64).leading_zeros() - 1) as i32);
     let sums = summed(cells, |some, sums: &mut [Sum]| sum_points(points, some, cells, leaf, per_unit, sums));
     let mut centroids_of = vec![[0.0; 3]; cells.n_cells];
@@ -85,17 +85,15 @@ fn summed<S: Add + Clone + Default + Send>(cells: &Numbered, sum: impl Fn(Range<
 
 /// Computes the mean of each cell's points.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2", "aarch64+neon"))]
-fn centroids(sums: &[Sum], points: &[Point], leaf: f64, per_side: f64, centroids: &mut [Point]) {
-    // `per_side` is a power of two: multiplying by its inverse gives the same result as dividing by it.
-    let side = 1.0 / per_side;
+fn centroids(sums: &[Sum], points: &[Point], leaf: Leaf, per_side: f64, centroids: &mut [Point]) {
     for (sum, centroid) in sums.iter().zip(centroids) {
-        let corner = points[sum.member as usize].map(|v| (f64::from(v) / leaf).floor());
-        let n = f64::from(sum.n);
-        *centroid = std::array::from_fn(|k| ((corner[k] + sum.steps[k] as f64 * side / n) * leaf) as f32);
+        let corner = points[sum.member as usize].map(|v| leaf.place(v).floor());
+        let share = 1.0 / (per_side * f64::from(sum.n));
+        *centroid = std::array::from_fn(|k| ((corner[k] + sum.steps[k] as f64 * share) * leaf.side) as f32);
     }
 }
 
-fn sum_points(points: &[Point], some: Range<usize>, cells: &Numbered, leaf: f64, per_side: f64, sums: &mut [Sum]) {
+fn sum_points(points: &[Point], some: Range<usize>, cells: &Numbered, leaf: Leaf, per_side: f64, sums: &mut [Sum]) {
     let mut steps = [[0; 3]; CUT_AT_A_TIME];
     for start in some.clone().step_by(CUT_AT_A_TIME) {
         let some = start..some.end.min(start + CUT_AT_A_TIME);
@@ -116,9 +114,9 @@ fn sum_normals(normals: &[Point], some: Range<usize>, cells: &Numbered, per_unit
 
 /// Computes, for each coordinate, how many steps it is beyond the corner of its cell.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2", "aarch64+neon"))]
-fn steps_within(coordinates: &[f32], leaf: f64, per_side: f64, steps: &mut [u64]) {
+fn steps_within(coordinates: &[f32], leaf: Leaf, per_side: f64, steps: &mut [u64]) {
     for (steps, &v) in steps.iter_mut().zip(coordinates) {
-        let place = f64::from(v) / leaf;
+        let place = leaf.place(v);
         *steps = whole(((place - place.floor()) * per_side).floor());
     }
 }

@@ -6,7 +6,7 @@ mod numbered;
 
 use crate::Point;
 use crate::bounds::bounds;
-use cell::{Packing, cell};
+use cell::{Leaf, Packing};
 use means::means;
 use numbered::{Marks, Numbered, distinct};
 
@@ -22,7 +22,7 @@ pub struct Sample {
 /// Maximum number of bits per point in a bitmap of all cells; beyond it the points' cells are sorted.
 const MAX_BITS_PER_POINT: usize = 256;
 
-/// Returns the centroid of the points in each cubic cell of side `leaf`; cells are `floor(x / leaf)` on each axis.
+/// Returns the centroid of the points in each cubic cell of side `leaf`; cells are `floor(x · (1 / leaf))` on each axis.
 ///
 /// Sorted by cell. The result is bit-identical for every order of the points. A leaf below 2⁻⁵⁰ of the largest
 /// coordinate is raised to that.
@@ -32,16 +32,16 @@ const MAX_BITS_PER_POINT: usize = 256;
 #[must_use]
 pub fn voxel_centroids(points: &[Point], normals: Option<&[Point]>, leaf: f64) -> Sample {
     let corners = bounds(points);
-    let leaf = usable(&corners, leaf);
+    let leaf = Leaf::new(leaf, &corners);
     let numbered = match Packing::of(&corners, leaf) {
         Some(packing) => match packing.few_cells(MAX_BITS_PER_POINT * points.len()) {
             Some(n_cells) => {
                 let numbers = packing.numbers(points, leaf);
                 Marks::new(&numbers, n_cells).numbered(numbers)
             }
-            None => Numbered::by_sorting(points, |p| packing.key(&cell(p, leaf))),
+            None => Numbered::by_sorting(points, |p| packing.key(&leaf.cell(p))),
         },
-        None => Numbered::by_sorting(points, |p| cell(p, leaf)),
+        None => Numbered::by_sorting(points, |p| leaf.cell(p)),
     };
     means(points, normals, leaf, &numbered)
 }
@@ -50,20 +50,14 @@ pub fn voxel_centroids(points: &[Point], normals: Option<&[Point]>, leaf: f64) -
 #[must_use]
 pub fn voxel_count(points: &[Point], leaf: f64) -> usize {
     let corners = bounds(points);
-    let leaf = usable(&corners, leaf);
+    let leaf = Leaf::new(leaf, &corners);
     match Packing::of(&corners, leaf) {
         Some(packing) => match packing.few_cells(MAX_BITS_PER_POINT * points.len()) {
             Some(n_cells) => Marks::new(&packing.numbers(points, leaf), n_cells).count(),
-            None => distinct(points, |p| packing.key(&cell(p, leaf))),
+            None => distinct(points, |p| packing.key(&leaf.cell(p))),
         },
-        None => distinct(points, |p| cell(p, leaf)),
+        None => distinct(points, |p| leaf.cell(p)),
     }
-}
-
-/// Returns the leaf, enlarged where finer cells could not be numbered.
-fn usable((low, high): &(Point, Point), leaf: f64) -> f64 {
-    let largest = (0..3).fold(0.0f32, |largest, axis| largest.max(-low[axis]).max(high[axis]));
-    leaf.max(f64::from(largest) * 2f64.powi(-50))
 }
 
 #[cfg(test)]
@@ -117,21 +111,22 @@ mod tests {
         assert!(voxel_centroids(&points, None, 1e9).points.len() <= 8);
         assert!(voxel_centroids(&[], None, 1.0).points.is_empty());
         assert_eq!(voxel_count(&[], 1.0), 0);
+        assert_eq!(voxel_centroids(&[[0.0; 3]; 4], None, 1e-310).points, [[0.0; 3]]);
     }
 
     #[test]
     fn packed_or_not_the_cells_are_the_same() {
         let points = cloud();
-        for leaf in [1e-30, 1e-9, 1e-4, 0.3, 0.7, 1e9] {
-            let sample = voxel_centroids(&points, None, leaf);
-            assert_eq!(voxel_count(&points, leaf), sample.points.len());
+        for side in [1e-30, 1e-9, 1e-4, 0.3, 0.7, 1e9] {
+            let sample = voxel_centroids(&points, None, side);
+            assert_eq!(voxel_count(&points, side), sample.points.len());
             let corners = bounds(&points);
-            let leaf = usable(&corners, leaf);
-            let by_cell = Numbered::by_sorting(&points, |p| cell(p, leaf));
-            assert_eq!(sample, means(&points, None, leaf, &by_cell), "{leaf}");
+            let leaf = Leaf::new(side, &corners);
+            let by_cell = Numbered::by_sorting(&points, |p| leaf.cell(p));
+            assert_eq!(sample, means(&points, None, leaf, &by_cell), "{side}");
             let by_key = Packing::of(&corners, leaf)
-                .map(|packing| Numbered::by_sorting(&points, |p| packing.key(&cell(p, leaf))));
-            assert!(by_key.is_none_or(|numbered| sample == means(&points, None, leaf, &numbered)), "{leaf}");
+                .map(|packing| Numbered::by_sorting(&points, |p| packing.key(&leaf.cell(p))));
+            assert!(by_key.is_none_or(|numbered| sample == means(&points, None, leaf, &numbered)), "{side}");
         }
     }
 

@@ -5,7 +5,7 @@ use multiversion::multiversion;
 use rayon::prelude::*;
 
 /// Number of keys that one thread looks up at a time.
-const KEYS_AT_A_TIME: usize = 1 << 16;
+const KEYS_AT_A_TIME: usize = 1 << 17;
 
 /// The occupied cells, numbered consecutively from zero in their order.
 pub(super) struct Numbered {
