@@ -139,7 +139,7 @@ impl Grid {
         match points.get(kept) {
             None => Place::New,
             // Equally near ones are ordered by their coordinates, so that the order of the file does not matter.
-            Some(other) if (self.from_centre(point), point) < (self.from_centre(other), other) => Place::Nearer(kept),
+            Some(other) if (self.distance_sq(point), point) < (self.distance_sq(other), other) => Place::Nearer(kept),
             Some(_) => Place::Farther(kept),
         }
     }
@@ -148,8 +148,8 @@ impl Grid {
         point.map(|v| (v / self.leaf).floor() as i64)
     }
 
-    /// Squared distance from the centre of the point's own cell, in cells.
-    fn from_centre(&self, point: &[f64; 3]) -> f64 {
+    /// Squared distance to the centre of the point's own cell, in cells.
+    fn distance_sq(&self, point: &[f64; 3]) -> f64 {
         let offset = |v: f64| (v / self.leaf) - (v / self.leaf).floor() - 0.5;
         point.iter().map(|&v| offset(v) * offset(v)).sum()
     }

@@ -162,7 +162,8 @@ impl<'a> Chain<'a, '_> {
         }
         let (config, setting) = (self.config, Setting::new(self.config, self.signs));
         let matches = self.memory.matches.get(&setting).unwrap_or_else(|| {
-            let matches = self.clock.time(Stage::Matching, || stages::match_features(features, config));
+            let matches =
+                self.clock.time(Stage::Matching, || stages::match_features(&features.source, &features.target, config));
             self.memory.matches.keep(setting, &matches);
             matches
         });

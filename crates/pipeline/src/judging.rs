@@ -4,12 +4,12 @@ use crate::chain::{Answer, Chain, Proposals};
 use crate::memory::Search;
 use crate::prepared::PreparedPair;
 use crate::ranking::{Ranked, Ranking};
-use crate::verdict::{Evident, Judgement, POWERS_OF_PLANES, Significance};
+use crate::verdict::{Evident, Judgement, POWERS_OF_PLANES, Significance, Standing};
 use crate::{Agreement, Failure, Pair, Stage, stages};
 use congruent_estimators::Hypothesis;
 use congruent_geometry::{MOSTLY_FLAT, Point, RigidTransform, Surface, flatness, narrow, wide};
 use congruent_metrics::Evidence;
-use congruent_refinement::{Hold, PointToPlaneConfig, Refinement, Uncertainty};
+use congruent_refinement::{PointToPlaneConfig, Refinement, Uncertainty};
 
 /// Distance up to which points touch when the flatness of the touching surface is measured, `pr`.
 const TOUCHING_PR: f64 = 3.0;
@@ -23,8 +23,15 @@ pub(crate) struct Chosen {
     pub(crate) ranked: Option<Ranked>,
     /// Substantially different poses, best first.
     others: Vec<Ranked>,
-    /// Number of poses among which it has the highest confidence; 1 if confidence played no part in the choice.
+    /// See [`Standing`].
     chosen_from: u32,
+}
+
+impl Chosen {
+    fn standing(&self) -> Standing {
+        let second = self.others.first().map_or(0.0, |other| other.score.value());
+        Standing { ranked: self.ranked, second, chosen_from: self.chosen_from }
+    }
 }
 
 impl Chain<'_, '_> {
@@ -65,13 +72,15 @@ impl Chain<'_, '_> {
     }
 
     /// Measures a pose: whether its inliers exceed chance, how firmly the surfaces hold it where they touch, and the
-    /// flatness of the touching surface, which is zero if it does not matter.
-    fn measured(
+    /// flatness of the touching surface.
+    fn evident(
         &mut self,
         pose: &RigidTransform,
+        standing: Standing,
         surfaces: &Pair<Surface>,
         evidence: &Evidence,
-    ) -> (Significance, Hold, f64) {
+    ) -> Evident {
+        let resolution = self.resolution;
         let threshold = self.config.verdict.inlier_threshold().resolve(self.resolution);
         let trials = self.counts.trials;
         let measure = PointToPlaneConfig::default().build(self.resolution).within(self.bounds.freedom());
@@ -81,9 +90,9 @@ impl Chain<'_, '_> {
             // Near a guess there are few poses in which planes could fit by chance.
             let is_strong = -significance.log10_false_alarms >= POWERS_OF_PLANES;
             let is_near = self.proposals == Proposals::Guessed || self.bounds.hold_to_guess();
-            let reach = TOUCHING_PR * self.resolution;
+            let reach = TOUCHING_PR * resolution;
             let flatness = if is_strong || is_near { 0.0 } else { touching_flatness(surfaces, pose, reach) };
-            (significance, hold, flatness)
+            Evident { standing, significance, hold, flatness, resolution }
         })
     }
 
@@ -103,18 +112,9 @@ impl Chain<'_, '_> {
         let surfaces = &prepared.surfaces;
         let (config, resolution) = (self.config, self.resolution);
         let pose = &chosen.target_from_source;
-        let (significance, hold, flatness) = self.measured(pose, surfaces, evidence);
-        self.counts.inliers = significance.inliers;
-        let second = chosen.others.first().map_or(0.0, |other| other.score.value());
-        let mut judgement = config.verdict.judge(&Evident {
-            ranked: chosen.ranked,
-            second,
-            significance: &significance,
-            hold,
-            resolution,
-            chosen_from: chosen.chosen_from,
-            flatness,
-        });
+        let evident = self.evident(pose, chosen.standing(), surfaces, evidence);
+        self.counts.inliers = evident.significance.inliers;
+        let mut judgement = config.verdict.judge(&evident);
         if let (Some(ranking), Some(answer)) = (ranking, &chosen.ranked) {
             let best = answer.score.value();
             // If only the guess was examined, the other pose is the guess itself.
@@ -131,11 +131,11 @@ impl Chain<'_, '_> {
         Answer {
             target_from_source: *pose,
             score: metric.score(evidence, pose).value(),
-            hold,
+            hold: evident.hold,
             uncertainty: chosen.uncertainty.clone(),
             oriented: prepared.oriented,
             agreement: chosen.ranked.map(|ranked| Agreement::new(&ranked, resolution)),
-            significance,
+            significance: evident.significance,
             judgement,
         }
     }
@@ -156,16 +156,13 @@ impl Chain<'_, '_> {
             if std::iter::once(answer).chain(&judgement.rivals).any(|known| !ranking.apart(&ranked, known)) {
                 continue;
             }
-            let (significance, hold, flatness) =
-                self.measured(&ranked.target_from_source, &prepared.surfaces, evidence);
-            let (ranked, second) = (Some(ranked), answer.score.value());
-            let known =
-                Evident { ranked, second, significance: &significance, hold, resolution, chosen_from: 1, flatness }
-                    .predictors();
+            let standing = Standing { ranked: Some(ranked), second: answer.score.value(), chosen_from: 1 };
+            let evident = self.evident(&ranked.target_from_source, standing, &prepared.surfaces, evidence);
+            let known = evident.predictors();
             judgement.examined.extend(known);
             let both = known.as_ref().zip(judgement.predictors.as_ref());
             if both.is_some_and(|(known, answer)| config.verdict.is_rival(known, answer)) {
-                judgement.rivals.extend(ranked);
+                judgement.rivals.push(ranked);
             }
         }
     }
@@ -184,11 +181,9 @@ impl Chain<'_, '_> {
         answer.judgement.doubt.as_ref()?;
         let chosen_from = 1 + chosen.others.len() as u32;
         let confidence = |other: &Ranked| {
-            let (significance, hold, flatness) = self.measured(&other.target_from_source, &prepared.surfaces, evidence);
-            let (ranked, resolution) = (Some(*other), self.resolution);
-            let known =
-                Evident { ranked, second: 1.0, significance: &significance, hold, resolution, chosen_from, flatness };
-            self.config.verdict.judge(&known).confidence
+            let standing = Standing { ranked: Some(*other), second: 1.0, chosen_from };
+            let evident = self.evident(&other.target_from_source, standing, &prepared.surfaces, evidence);
+            self.config.verdict.judge(&evident).confidence
         };
         let confidences: Vec<f64> = chosen.others.iter().map(confidence).collect();
         let best = (0..confidences.len()).max_by(|&a, &b| confidences[a].total_cmp(&confidences[b]).then(b.cmp(&a)))?;

@@ -50,6 +50,7 @@ struct Measured<'a> {
 
 /// Thins all scans with the same grid; there must be at least one.
 pub(crate) fn sample(scans: &[&Scan], config: &SamplingConfig, normals: NormalSource) -> Result<Sampled, Failure> {
+    assert!(!scans.is_empty(), "at least one scan");
     // The paper's chain measures its scans as exactly as possible; a budget only needs a starting point.
     let (queries, strays) = match config {
         SamplingConfig::Budget(budget) => (ESTIMATE_AT, budget.strays),

@@ -20,7 +20,7 @@
 //!     let points: Vec<u32> = keypoints.iter().map(|keypoint| keypoint.index).collect();
 //!     stages::describe(surface, &points, &config, pr)
 //! });
-//! let matches = stages::match_features(&features, &config);
+//! let matches = stages::match_features(&features.source, &features.target, &config);
 //! let evidence = stages::evidence(&surfaces, &matches, &config, pr);
 //! let pool = stages::estimate(&surfaces, &evidence, &config, pr);
 //! println!("{}, by {} matches", pool.hypotheses[0].target_from_source, matches.len());
@@ -56,12 +56,15 @@ pub struct Prepared {
     pub resolution: f64,
 }
 
-/// Thins scans with one grid and adds normals; there must be at least one scan. The grid and `pr` depend on all scans
+/// Thins scans with one grid and adds normals. The grid and `pr` depend on all scans
 /// together, so a scan that is prepared alone has another `pr` than in a pair, unless `resolution` (data units)
 /// determines it. `resolution` does not change the grid.
 ///
 /// # Errors
 /// The grid leaves too few points of a scan.
+///
+/// # Panics
+/// Without scans.
 pub fn prepare(scans: &[&Scan], config: &PipelineConfig, resolution: Option<f64>) -> Result<Prepared, Failure> {
     let Sampled { clouds, raw_resolution, resolution: own, .. } =
         sample(scans, &config.sampling, config.normals.source)?;
@@ -97,8 +100,8 @@ pub const MOST_MATCHES: usize = 50_000;
 /// # Panics
 /// If the rows of the two tables differ in length.
 #[must_use]
-pub fn match_features(features: &Pair<Features>, config: &PipelineConfig) -> Vec<Correspondence> {
-    let mut matches = config.matcher.build().matches(&features.source, &features.target);
+pub fn match_features(source: &Features, target: &Features, config: &PipelineConfig) -> Vec<Correspondence> {
+    let mut matches = config.matcher.build().matches(source, target);
     matches.truncate(MOST_MATCHES);
     matches
 }

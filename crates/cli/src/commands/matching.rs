@@ -23,7 +23,7 @@ pub(super) fn run(args: &MatchArgs) -> Result<ExitCode> {
         );
     }
     let (places, features) = both.map(numbered).unzip();
-    let matches = match_features(&features, &config);
+    let matches = match_features(&features.source, &features.target, &config);
     let row = |m: &congruent_matching::Correspondence| MatchRow {
         source: places.source[m.source as usize],
         target: places.target[m.target as usize],

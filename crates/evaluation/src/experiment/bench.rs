@@ -6,7 +6,7 @@ use congruent_descriptors::Features;
 use congruent_geometry::{Length, RawScan, RigidTransform, Scan, Surface};
 use congruent_matching::Correspondence;
 use congruent_pipeline::stages::{self, Prepared};
-use congruent_pipeline::{Pair, PipelineConfig, SamplingConfig};
+use congruent_pipeline::{NormalSource, Pair, PipelineConfig, SamplingConfig};
 use std::rc::Rc;
 
 /// Two scans, their truth, and the results of stages so far.
@@ -125,10 +125,7 @@ impl<'a> Bench<'a> {
             let spoilt = Scan::new(&nuisance.apply(scans.target, unspoilt.raw_resolution, config.seed))?;
             let offset = spoilt.origin() - clean.target.origin();
             let both = [&clean.source, &spoilt];
-            // With a fixed grid each scan is sampled independently, so the source stays the same; a budget applies to
-            // both.
-            let shared = matches!(config.sampling, SamplingConfig::Budget(_));
-            let wanted = if shared { &both[..] } else { &both[1..] };
+            let wanted = if depends_on_both(config) { &both[..] } else { &both[1..] };
             let mut prepared = stages::prepare(wanted, &unspoilt.config, Some(unspoilt.resolution))?.surfaces;
             let target = prepared.pop().expect("as many surfaces as scans");
             let source = prepared.pop().unwrap_or_else(|| unspoilt.surfaces.source.clone());
@@ -144,18 +141,21 @@ impl<'a> Bench<'a> {
         ground: &Ground,
         resolution: f64,
     ) -> Rc<Vec<Correspondence>> {
-        let of_source = match config.sampling {
-            SamplingConfig::Budget(_) => nuisance,
-            _ => Nuisance::None {},
-        };
+        let of_source = if depends_on_both(config) { nuisance } else { Nuisance::None {} };
         let surfaces = &ground.surfaces;
         let mut features = |side, surface| {
             self.features.always((up_to_features(config), side), || described(surface, config, resolution))
         };
         let source = features(Side::Source(of_source), &surfaces.source);
         let target = features(Side::Target(nuisance), &surfaces.target);
-        self.matches.always((up_to_matches(config), nuisance), || config.matcher.build().matches(&source, &target))
+        self.matches.always((up_to_matches(config), nuisance), || stages::match_features(&source, &target, config))
     }
+}
+
+/// Returns whether the surface of one scan depends on the other: a budget applies to both, and given normals are used only
+/// if both have them.
+fn depends_on_both(config: &PipelineConfig) -> bool {
+    matches!(config.sampling, SamplingConfig::Budget(_)) || config.normals.source == NormalSource::Given
 }
 
 fn described(surface: &Surface, config: &PipelineConfig, resolution: f64) -> Features {

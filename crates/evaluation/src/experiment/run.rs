@@ -223,7 +223,9 @@ impl Stream {
         metrics: &[&dyn Metric],
         evidence: &Evidence,
     ) -> Vec<Found> {
-        let keep = if self.iterations.len() == 1 { 1 } else { usize::MAX };
+        // The best hypothesis of all suffices if no number of iterations excludes it.
+        let every_trial_counts = self.iterations.iter().all(|&iterations| iterations >= generator.trials());
+        let keep = if every_trial_counts { 1 } else { usize::MAX };
         let rankings = sample_all(generator, metrics, evidence, keep);
         let rmse_pr = |ranking: &[Hypothesis], iterations| {
             best(ranking, iterations).and_then(|pose| case.judge.rmse_pr(&(case.to_clean * pose)))

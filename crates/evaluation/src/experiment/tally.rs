@@ -155,14 +155,17 @@ impl Tally {
 
     fn time_csv(&self, plan: &Plan) -> String {
         let names = ["dataset", "variant", "nuisance", "estimator", "metric", "threshold_pr", "pairs", "microseconds"];
-        let mut text = csv_line(names) + "\n";
+        // Counts that differ in an axis without a column have the same time.
+        let mut lines = vec![csv_line(names)];
         for count in self.counts(plan) {
             let axes = [Axis::Dataset, Axis::Variant, Axis::Nuisance, Axis::Estimator, Axis::Metric, Axis::Threshold];
             let time = count.microseconds.map_or(String::new(), |v| format!("{v:.4}"));
-            text += &csv_line(axes.map(|axis| count.value(axis)).into_iter().chain([count.total.to_string(), time]));
-            text.push('\n');
+            let line = csv_line(axes.map(|axis| count.value(axis)).into_iter().chain([count.total.to_string(), time]));
+            if !lines.contains(&line) {
+                lines.push(line);
+            }
         }
-        text
+        lines.join("\n") + "\n"
     }
 }
 

@@ -16,20 +16,26 @@ use crate::{AContrarioConfig, DenseVerdictConfig, Failure, VerdictConfig};
 use congruent_geometry::Length;
 use congruent_refinement::Hold;
 
-/// What is known about a pose.
-pub(crate) struct Evident<'a> {
+/// How a pose stands among the others of its attempt.
+#[derive(Clone, Copy)]
+pub(crate) struct Standing {
     /// How well the surfaces fit each other, if the ranking measured it.
     pub(crate) ranked: Option<Ranked>,
     /// Score of the best substantially different pose.
     pub(crate) second: f64,
-    pub(crate) significance: &'a Significance,
+    /// Number of poses among which this one has the highest confidence; 1 if confidence played no part in the choice.
+    pub(crate) chosen_from: u32,
+}
+
+/// What is known about a pose.
+pub(crate) struct Evident {
+    pub(crate) standing: Standing,
+    pub(crate) significance: Significance,
     pub(crate) hold: Hold,
+    /// Flatness of the touching surface; zero if it does not matter.
+    pub(crate) flatness: f64,
     /// `pr`, data units.
     pub(crate) resolution: f64,
-    /// Number of poses among which this one has the highest confidence.
-    pub(crate) chosen_from: u32,
-    /// Flatness of the touching surface.
-    pub(crate) flatness: f64,
 }
 
 /// The judgement of an answer.
@@ -71,7 +77,7 @@ impl VerdictConfig {
     }
 
     /// Judges a pose by itself. One that the surfaces do not hold is not accepted, however well they fit each other.
-    pub(crate) fn judge(&self, evident: &Evident<'_>) -> Judgement {
+    pub(crate) fn judge(&self, evident: &Evident) -> Judgement {
         let predictors = evident.predictors();
         let inliers = evident.significance.inliers;
         let (confidence, doubt) = match (self, &predictors) {
@@ -112,9 +118,10 @@ impl VerdictConfig {
     }
 }
 
-impl Evident<'_> {
+impl Evident {
     pub(crate) fn predictors(&self) -> Option<Predictors> {
-        let ranked = self.ranked?;
+        let Standing { ranked, second, chosen_from } = self.standing;
+        let ranked = ranked?;
         let score = ranked.score.value();
         Some(Predictors {
             score,
@@ -122,11 +129,11 @@ impl Evident<'_> {
             residual_pr: (ranked.agreement.residual / self.resolution).min(MAX_RESIDUAL_PR),
             contradictions: ranked.agreement.hover + ranked.agreement.occlusion,
             disagreeing: ranked.agreement.disagreeing,
-            runner_up: if score > 0.0 { (self.second / score).min(1.0) } else { 1.0 },
+            runner_up: if score > 0.0 { (second / score).min(1.0) } else { 1.0 },
             log10_false_alarms: self.significance.log10_false_alarms,
             stiffness: self.hold.stiffness[0],
             normal_angle: ranked.agreement.normal_angle,
-            chosen_from: self.chosen_from,
+            chosen_from,
             flatness: self.flatness,
         })
     }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::experiment::Axis;
-use congruent_estimators::{EstimatorConfig, OnePointConfig, RansacConfig};
+use congruent_estimators::{EstimatorConfig, OnePointConfig, PivotsConfig, RansacConfig};
 use congruent_metrics::{PointDistanceConfig, ThresholdConfig};
 use congruent_simulation::pair::{PairOptions, ScanPair, figurine_pair};
 
@@ -81,6 +81,20 @@ fn together_or_one_by_one_plans_find_the_same() {
         assert!(shared.iter().all(|m| m.share.matches > 20 && m.microseconds.is_none()));
     }
     assert_eq!(together[3].len(), 2 * 2);
+}
+
+#[test]
+fn one_bound_of_iterations_excludes_later_trials_of_every_estimator() {
+    let estimators = vec![EstimatorConfig::Pivots(PivotsConfig::default())];
+    let plan = |iterations: Vec<u64>| Plan { estimators: estimators.clone(), iterations, ..plan() };
+    let pair = pair(110);
+    let of_20 = |plan: Plan| {
+        let found = run(&[plan], &pair).unwrap().remove(0);
+        found.into_iter().filter(|m| m.cell.iterations == 20).map(|m| m.rmse_pr).collect::<Vec<_>>()
+    };
+    let alone = of_20(plan(vec![20]));
+    assert!(alone.len() == 8 && alone.iter().all(Option::is_some), "{alone:?}");
+    assert_eq!(alone, of_20(plan(vec![20, 100_000])));
 }
 
 #[test]

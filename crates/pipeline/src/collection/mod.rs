@@ -7,9 +7,15 @@
 //! with another budget has its own grid, and a scan is described for it (or with its normals turned) only when a pair
 //! needs it.
 
+mod described;
+mod summary;
+
+pub use described::{DescribedScan, Variant};
+pub use summary::ScanSummary;
+
 use crate::chain::{Chain, Proposals};
 use crate::memory::{Memory, SampledPair};
-use crate::preparation::{has_normals, sample};
+use crate::preparation::sample;
 use crate::prepared::PreparedPair;
 use crate::prior::Bounds;
 use crate::register::{Attempt, escalated};
@@ -19,11 +25,10 @@ use crate::{
     Signs, Stage, Trace,
 };
 use crate::{VoxelGridConfig, stages};
-use congruent_descriptors::{DescriptorConfig, Features};
-use congruent_geometry::{Length, Oriented, Scan, Surface};
-use congruent_keypoints::Keypoint;
-use nalgebra::Vector3;
+use congruent_geometry::{Length, Scan};
+use described::Described;
 use std::sync::Arc;
+use summary::{descriptors, samplings};
 
 /// The lengths that many scans share, and the configuration with which they are described and registered.
 #[derive(Clone, Debug)]
@@ -32,70 +37,6 @@ pub struct Collection {
     raw_resolution: f64,
     /// `pr` after sampling for each budget of the configuration, data units.
     resolutions: Vec<f64>,
-}
-
-/// What a collection needs to know about a scan.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ScanSummary {
-    /// Number of points of the scan as provided, without those that [`Scan::new`] dropped.
-    pub points: usize,
-    /// Resolution of the scan as provided, data units.
-    raw_resolution: f64,
-    /// `pr` after sampling for each budget of the configuration, if the scan were alone; data units.
-    resolutions: Vec<f64>,
-    /// Whether the scan has normals of its own.
-    has_normals: bool,
-}
-
-/// The form in which a pair needs a scan; the default is that of the plain configuration, normals not turned.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Variant {
-    /// Position among the budgets of the configuration.
-    budget: usize,
-    /// Position among the descriptors of the configuration.
-    descriptor: usize,
-    /// Whether the normals are turned to the other side.
-    turned: bool,
-}
-
-/// A scan, sampled, with keypoints and descriptors; or the reason why it could not be sampled.
-pub struct DescribedScan {
-    /// Number of points, without those that [`Scan::new`] dropped.
-    points: usize,
-    origin: Vector3<f64>,
-    /// Longest side of the bounding box, data units.
-    extent: f64,
-    described: Result<Described, Failure>,
-}
-
-struct Described {
-    /// Number of points that were left out as strays.
-    strays: usize,
-    surface: Surface,
-    oriented: Oriented,
-    keypoints: Vec<Keypoint>,
-    features: Features,
-}
-
-impl ScanSummary {
-    /// Measures one scan.
-    ///
-    /// # Errors
-    /// The grid leaves too few points of it.
-    pub fn new(scan: &Scan, config: &PipelineConfig) -> Result<ScanSummary, Failure> {
-        let mut summary = ScanSummary {
-            points: scan.points().len(),
-            raw_resolution: 0.0,
-            resolutions: Vec::new(),
-            has_normals: has_normals(scan),
-        };
-        for sampling in samplings(config) {
-            let sampled = sample(&[scan], &sampling, config.normals.source)?;
-            summary.raw_resolution = sampled.raw_resolution;
-            summary.resolutions.push(sampled.resolution);
-        }
-        Ok(summary)
-    }
 }
 
 impl Collection {
@@ -263,52 +204,6 @@ impl Collection {
     }
 }
 
-impl DescribedScan {
-    /// Returns the memory it occupies, bytes, accurate to a few per cent.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        /// Bytes for a point, its normal and its entry in the index.
-        const POINT: usize = 48;
-        self.described.as_ref().map_or(0, |d| {
-            POINT * d.surface.len() + 4 * d.features.rows.len() + size_of::<Keypoint>() * d.keypoints.len()
-        })
-    }
-
-    /// Returns the centre, which was subtracted from the file's coordinates.
-    #[must_use]
-    pub fn origin(&self) -> &Vector3<f64> {
-        &self.origin
-    }
-
-    /// Returns the sampled points with their normals, centred; `None` if the scan could not be sampled.
-    #[must_use]
-    pub fn surface(&self) -> Option<&Surface> {
-        Some(&self.described.as_ref().ok()?.surface)
-    }
-
-    /// Returns whether the side to which the normals point is reliable; false if the scan could not be sampled.
-    #[must_use]
-    pub fn side_is_sure(&self) -> bool {
-        self.described.as_ref().is_ok_and(|described| described.oriented.sure)
-    }
-
-    /// Returns the mean of all descriptors, scaled to unit length: a rough summary of the shape. Empty if there are
-    /// none.
-    #[must_use]
-    pub fn signature(&self) -> Vec<f64> {
-        let Ok(Described { features, .. }) = &self.described else { return Vec::new() };
-        if features.is_empty() {
-            return Vec::new();
-        }
-        let mut mean = vec![0.0; features.dim];
-        for i in 0..features.len() {
-            mean.iter_mut().zip(features.row(i)).for_each(|(sum, value)| *sum += f64::from(*value));
-        }
-        let length = mean.iter().map(|value| value * value).sum::<f64>().sqrt();
-        if length > 0.0 { mean.iter().map(|value| value / length).collect() } else { Vec::new() }
-    }
-}
-
 fn supplied<E>(
     supply: &Pair<&dyn Fn(Variant) -> Result<Arc<DescribedScan>, E>>,
     variants: Pair<Variant>,
@@ -326,28 +221,6 @@ fn described(scans: &Pair<Arc<DescribedScan>>) -> Result<Pair<&Described>, Failu
     }
 }
 
-/// Returns the samplings that a registration may ask for, that of the plain configuration first.
-fn samplings(config: &PipelineConfig) -> Vec<SamplingConfig> {
-    let others = config.attempts().map(|(config, _)| config.sampling);
-    unique(std::iter::once(config.sampling.clone()).chain(others))
-}
-
-/// Returns the descriptors that a registration may ask for, that of the plain configuration first.
-fn descriptors(config: &PipelineConfig) -> Vec<DescriptorConfig> {
-    let others = config.attempts().map(|(config, _)| config.descriptor);
-    unique(std::iter::once(config.descriptor.clone()).chain(others))
-}
-
-fn unique<T: PartialEq>(all: impl Iterator<Item = T>) -> Vec<T> {
-    let mut unique = Vec::new();
-    all.for_each(|one| {
-        if !unique.contains(&one) {
-            unique.push(one);
-        }
-    });
-    unique
-}
-
 /// Returns the middle value, or the mean of the two middle ones; `None` for no values.
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
@@ -363,6 +236,7 @@ mod tests {
     use congruent_geometry::{RigidTransform, mean_displacement};
     use congruent_simulation::nuisances::{moved, scaled};
     use congruent_simulation::pair::{PairOptions, figurine_pair};
+    use nalgebra::Vector3;
     use std::convert::Infallible;
 
     #[test]
@@ -372,13 +246,6 @@ mod tests {
         {
             assert_eq!(median(values.into_iter()), expected);
         }
-    }
-
-    #[test]
-    fn each_budget_of_the_escalation_is_listed_once() {
-        assert_eq!(samplings(&PipelineConfig::default()).len(), 3);
-        let none = PipelineConfig { sampling: SamplingConfig::None {}, ..PipelineConfig::default() };
-        assert_eq!(samplings(&none), [SamplingConfig::None {}]);
     }
 
     fn registered(scans: &Pair<Scan>, config: &PipelineConfig) -> Registration {
