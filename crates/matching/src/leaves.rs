@@ -5,7 +5,8 @@
 //! the same boxes.
 
 use crate::Candidate;
-use crate::shortlist::{Shortlist, largest, squared_norms};
+use crate::nearest::Normed;
+use crate::shortlist::Shortlist;
 use congruent_descriptors::Features;
 use multiversion::multiversion;
 use rayon::prelude::*;
@@ -39,12 +40,13 @@ struct Leaf {
 }
 
 impl<'a> Leaves<'a> {
-    pub(crate) fn new(features: &'a Features) -> Self {
-        let norms = squared_norms(features);
+    pub(crate) fn new(rows: Normed<'a>) -> Self {
+        let largest_norm = rows.largest_norm();
+        let Normed { features, norms } = rows;
         let mut rows: Vec<u32> = (0..features.len() as u32).collect();
         let mut leaves = Vec::new();
         cut(features, &mut rows, &mut |rows| leaves.push(Leaf::new(features, rows)));
-        Leaves { features, largest_norm: largest(&norms), norms, leaves }
+        Leaves { features, largest_norm, norms, leaves }
     }
 
     /// Returns, for each row of the queries, the `k` nearest rows of this table.

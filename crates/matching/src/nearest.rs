@@ -2,13 +2,14 @@
 
 use crate::leaves::Leaves;
 use crate::products;
+use crate::shortlist::squared_norms;
 use congruent_descriptors::Features;
 
 /// Maximum number of dimensions for which similar rows are found by boxes around them; with more, boxes exclude
 /// nothing.
 const MAX_BOXED: usize = 64;
-/// Products of values larger than this may overflow.
-const MODERATE: f32 = 1e15;
+/// Products of rows whose squared norms are larger than this may overflow.
+const MODERATE_SQ: f32 = 1e30;
 
 /// A row of the table and its distance to the query.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,12 +32,34 @@ pub fn nearest_k(queries: &Features, table: &Features, k: usize) -> Vec<Vec<Cand
         return vec![Vec::new(); queries.len()];
     }
     let k = k.min(table.len());
-    let are_moderate = |features: &Features| features.rows.iter().all(|v| v.abs() <= MODERATE);
-    if queries.dim <= MAX_BOXED || !are_moderate(queries) || !are_moderate(table) {
+    let [queries, table] = [queries, table].map(Normed::new);
+    if queries.features.dim <= MAX_BOXED || !queries.are_moderate() || !table.are_moderate() {
         let (blocks, leaves) = rayon::join(|| Leaves::new(queries), || Leaves::new(table));
         return leaves.nearest_k(&blocks, k);
     }
-    products::nearest_k(queries, table, k)
+    products::nearest_k(&queries, &table, k)
+}
+
+/// Rows with their squared norms.
+pub(crate) struct Normed<'a> {
+    pub(crate) features: &'a Features,
+    pub(crate) norms: Vec<f32>,
+}
+
+impl<'a> Normed<'a> {
+    fn new(features: &'a Features) -> Self {
+        Normed { features, norms: squared_norms(features) }
+    }
+
+    /// Returns the squared norm of the longest row.
+    pub(crate) fn largest_norm(&self) -> f32 {
+        self.norms.iter().fold(0.0f32, |a, &b| a.max(b))
+    }
+
+    /// Returns whether products of rows cannot overflow; false if a value is not a number.
+    fn are_moderate(&self) -> bool {
+        self.norms.iter().all(|norm| *norm <= MODERATE_SQ)
+    }
 }
 
 #[cfg(test)]

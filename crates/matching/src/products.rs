@@ -1,54 +1,54 @@
 //! Nearest rows by blocked matrix products.
 
 use crate::Candidate;
-use crate::shortlist::{Shortlist, largest, squared_norms};
-use congruent_descriptors::Features;
+use crate::nearest::Normed;
+use crate::shortlist::Shortlist;
 use multiversion::multiversion;
 use rayon::prelude::*;
 
 /// Number of queries that share one product.
-const QUERY_BLOCK: usize = 128;
+const QUERY_BLOCK: usize = 256;
 /// Number of rows of the table that share one product: the block of distances stays in the second-level cache.
 const TABLE_BLOCK: usize = 512;
 /// Number of distances examined together: most of the time none is small enough.
 const GLANCE: usize = 32;
 
 /// Finds nearest rows as [`nearest_k`](crate::nearest_k) does, in tables that are not empty.
-pub(crate) fn nearest_k(queries: &Features, table: &Features, k: usize) -> Vec<Vec<Candidate>> {
-    let norms = squared_norms(table);
-    let search = Search { table, largest: largest(&norms), norms, k };
-    queries.rows.par_chunks(QUERY_BLOCK * queries.dim).flat_map_iter(|block| search.nearest(block)).collect()
+pub(crate) fn nearest_k(queries: &Normed<'_>, table: &Normed<'_>, k: usize) -> Vec<Vec<Candidate>> {
+    let search = Search { table, largest_norm: table.largest_norm(), k };
+    let blocks = queries.features.rows.par_chunks(QUERY_BLOCK * table.features.dim);
+    let blocks = blocks.zip(queries.norms.par_chunks(QUERY_BLOCK));
+    blocks.flat_map_iter(|(block, norms)| search.nearest(block, norms)).collect()
 }
 
 /// A search of the whole table.
 struct Search<'a> {
-    table: &'a Features,
-    norms: Vec<f32>,
-    largest: f32,
+    table: &'a Normed<'a>,
+    largest_norm: f32,
     k: usize,
 }
 
 impl Search<'_> {
-    /// Returns the nearest rows for each of some queries.
-    fn nearest(&self, block: &[f32]) -> Vec<Vec<Candidate>> {
-        let dim = self.table.dim;
-        let norms: Vec<f32> = block.chunks_exact(dim).map(|query| query.iter().map(|v| v * v).sum()).collect();
+    /// Returns the nearest rows for each of some queries with these squared norms.
+    fn nearest(&self, block: &[f32], norms: &[f32]) -> Vec<Vec<Candidate>> {
+        let Normed { features: table, norms: table_norms } = self.table;
+        let dim = table.dim;
         let shortlist = |&norm: &f32| {
-            let mut list = Shortlist::among(dim, self.largest, self.k);
+            let mut list = Shortlist::among(dim, self.largest_norm, self.k);
             list.begin(norm);
             list
         };
         let mut shortlists: Vec<Shortlist> = norms.iter().map(shortlist).collect();
         let mut products = vec![0.0f32; shortlists.len() * TABLE_BLOCK];
-        for (number, rows) in self.table.rows.chunks(TABLE_BLOCK * dim).enumerate() {
+        for (number, rows) in table.rows.chunks(TABLE_BLOCK * dim).enumerate() {
             let width = rows.len() / dim;
             let first = number * TABLE_BLOCK;
             multiply(shortlists.len(), width, dim, block, rows, &mut products);
-            for ((shortlist, &norm), dots) in shortlists.iter_mut().zip(&norms).zip(products.chunks_exact(width)) {
-                offer(shortlist, norm, first, dots, &self.norms[first..first + width]);
+            for ((shortlist, &norm), dots) in shortlists.iter_mut().zip(norms).zip(products.chunks_exact(width)) {
+                offer(shortlist, norm, first, dots, &table_norms[first..first + width]);
             }
         }
-        block.chunks_exact(dim).zip(&mut shortlists).map(|(query, list)| list.settle(query, self.table)).collect()
+        block.chunks_exact(dim).zip(&mut shortlists).map(|(query, list)| list.settle(query, table)).collect()
     }
 }
 

@@ -2,9 +2,14 @@
 
 use crate::Candidate;
 use congruent_descriptors::Features;
+use rayon::prelude::*;
 
 /// Number of exact distances summed side by side: one after the other, each addition would wait for the last.
 const TOGETHER: usize = 8;
+/// Number of partial sums of a norm.
+const LANES: usize = 16;
+/// Minimum number of rows whose norms one thread computes at a time.
+const ROWS_AT_A_TIME: usize = 512;
 
 /// Rows that may be among the `k` nearest, given that each squared distance is known only to within an error. Reused
 /// for one query after the other.
@@ -88,12 +93,22 @@ fn squared_distances(query: &[f32], some: &[(f32, u32)], table: &Features) -> [f
     sums
 }
 
+/// Computes the squared norms of the rows, of many rows in parallel.
 pub(crate) fn squared_norms(features: &Features) -> Vec<f32> {
-    features.rows.chunks_exact(features.dim).map(|row| row.iter().map(|v| v * v).sum()).collect()
+    let rows = features.rows.par_chunks_exact(features.dim).with_min_len(ROWS_AT_A_TIME);
+    rows.map(squared_norm).collect()
 }
 
-pub(crate) fn largest(norms: &[f32]) -> f32 {
-    norms.iter().fold(0.0f32, |a, &b| a.max(b))
+/// Computes a squared norm in lanes, whose sums are added at the end.
+fn squared_norm(row: &[f32]) -> f32 {
+    let (whole, rest) = row.as_chunks::<LANES>();
+    let mut sums = [0.0f32; LANES];
+    for lanes in whole {
+        for (sum, v) in sums.iter_mut().zip(lanes) {
+            *sum += v * v;
+        }
+    }
+    sums.iter().sum::<f32>() + rest.iter().map(|v| v * v).sum::<f32>()
 }
 
 #[cfg(test)]

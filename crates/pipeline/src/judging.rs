@@ -1,20 +1,17 @@
 //! How an attempt chooses one of its poses and judges it.
 
 use crate::chain::{Answer, Chain, Proposals};
+use crate::gauge::Gauge;
 use crate::memory::Search;
 use crate::prepared::PreparedPair;
 use crate::ranking::{Ranked, Ranking};
-use crate::verdict::{Evident, Judgement, POWERS_OF_PLANES, Significance, Standing};
-use crate::{Agreement, Failure, Pair, Stage, stages};
+use crate::verdict::{Judgement, Standing};
+use crate::{Agreement, Failure, Stage, stages};
 use congruent_estimators::Hypothesis;
-use congruent_geometry::{MOSTLY_FLAT, Point, RigidTransform, Surface, flatness, narrow, wide};
+use congruent_geometry::RigidTransform;
 use congruent_metrics::Evidence;
 use congruent_refinement::{PointToPlaneConfig, Refinement, Uncertainty};
-
-/// Distance up to which points touch when the flatness of the touching surface is measured, `pr`.
-const TOUCHING_PR: f64 = 3.0;
-/// Number of points of the source that are examined for it.
-const ASKED: usize = 600;
+use rayon::prelude::*;
 
 /// The pose that an attempt chose.
 pub(crate) struct Chosen {
@@ -71,29 +68,17 @@ impl Chain<'_, '_> {
         }
     }
 
-    /// Measures a pose: whether its inliers exceed chance, how firmly the surfaces hold it where they touch, and the
-    /// flatness of the touching surface.
-    fn evident(
-        &mut self,
-        pose: &RigidTransform,
-        standing: Standing,
-        surfaces: &Pair<Surface>,
-        evidence: &Evidence,
-    ) -> Evident {
-        let resolution = self.resolution;
-        let threshold = self.config.verdict.inlier_threshold().resolve(self.resolution);
-        let trials = self.counts.trials;
-        let measure = PointToPlaneConfig::default().build(self.resolution).within(self.bounds.freedom());
-        self.clock.time(Stage::Verdict, || {
-            let hold = measure.measure(&surfaces.source, &surfaces.target, pose).hold;
-            let significance = Significance::of(pose, evidence, threshold, trials);
-            // Near a guess there are few poses in which planes could fit by chance.
-            let is_strong = -significance.log10_false_alarms >= POWERS_OF_PLANES;
-            let is_near = self.proposals == Proposals::Guessed || self.bounds.hold_to_guess();
-            let reach = TOUCHING_PR * resolution;
-            let flatness = if is_strong || is_near { 0.0 } else { touching_flatness(surfaces, pose, reach) };
-            Evident { standing, significance, hold, flatness, resolution }
-        })
+    /// Returns what the poses of this attempt are measured with.
+    fn gauge<'g>(&self, prepared: &'g PreparedPair, evidence: &'g Evidence) -> Gauge<'g> {
+        Gauge {
+            surfaces: &prepared.surfaces,
+            evidence,
+            contact: PointToPlaneConfig::default().build(self.resolution).within(self.bounds.freedom()),
+            inlier_threshold: self.config.verdict.inlier_threshold().resolve(self.resolution),
+            trials: self.counts.trials,
+            is_near: self.proposals == Proposals::Guessed || self.bounds.hold_to_guess(),
+            resolution: self.resolution,
+        }
     }
 
     /// Marks a failure as one within bounds, if there are any.
@@ -112,7 +97,8 @@ impl Chain<'_, '_> {
         let surfaces = &prepared.surfaces;
         let (config, resolution) = (self.config, self.resolution);
         let pose = &chosen.target_from_source;
-        let evident = self.evident(pose, chosen.standing(), surfaces, evidence);
+        let gauge = self.gauge(prepared, evidence);
+        let evident = self.clock.time(Stage::Verdict, || gauge.evident(pose, chosen.standing()));
         self.counts.inliers = evident.significance.inliers;
         let mut judgement = config.verdict.judge(&evident);
         if let (Some(ranking), Some(answer)) = (ranking, &chosen.ranked) {
@@ -150,6 +136,7 @@ impl Chain<'_, '_> {
         ranking: &Ranking<'_>,
     ) {
         let (config, resolution) = (self.config, self.resolution);
+        let gauge = self.gauge(prepared, evidence);
         for close in std::mem::take(&mut judgement.rivals) {
             let refined = self.refined(&prepared.surfaces, &close.target_from_source, resolution);
             let ranked = ranking.judge(&refined.target_from_source);
@@ -157,8 +144,8 @@ impl Chain<'_, '_> {
                 continue;
             }
             let standing = Standing { ranked: Some(ranked), second: answer.score.value(), chosen_from: 1 };
-            let evident = self.evident(&ranked.target_from_source, standing, &prepared.surfaces, evidence);
-            let known = evident.predictors();
+            let pose = &ranked.target_from_source;
+            let known = self.clock.time(Stage::Verdict, || gauge.evident(pose, standing)).predictors();
             judgement.examined.extend(known);
             let both = known.as_ref().zip(judgement.predictors.as_ref());
             if both.is_some_and(|(known, answer)| config.verdict.is_rival(known, answer)) {
@@ -180,12 +167,13 @@ impl Chain<'_, '_> {
     ) -> Option<(Ranked, Answer)> {
         answer.judgement.doubt.as_ref()?;
         let chosen_from = 1 + chosen.others.len() as u32;
+        let (verdict, gauge) = (&self.config.verdict, self.gauge(prepared, evidence));
         let confidence = |other: &Ranked| {
             let standing = Standing { ranked: Some(*other), second: 1.0, chosen_from };
-            let evident = self.evident(&other.target_from_source, standing, &prepared.surfaces, evidence);
-            self.config.verdict.judge(&evident).confidence
+            verdict.judge(&gauge.evident(&other.target_from_source, standing)).confidence
         };
-        let confidences: Vec<f64> = chosen.others.iter().map(confidence).collect();
+        let all = || chosen.others.par_iter().with_max_len(1).map(confidence).collect();
+        let confidences: Vec<f64> = self.clock.time(Stage::Verdict, all);
         let best = (0..confidences.len()).max_by(|&a, &b| confidences[a].total_cmp(&confidences[b]).then(b.cmp(&a)))?;
         if confidences[best] <= answer.judgement.confidence {
             return None;
@@ -201,22 +189,4 @@ impl Chain<'_, '_> {
         }
         Some((other.ranked?, another))
     }
-}
-
-/// Returns the fraction of the source, or of the part of it that touches the target within `reach` (data units), that
-/// faces the same three directions: the smaller of the two, because a small patch of any surface faces few directions.
-fn touching_flatness(surfaces: &Pair<Surface>, target_from_source: &RigidTransform, reach: f64) -> f64 {
-    let Pair { source, target } = surfaces;
-    let asked = || (0..source.len()).step_by(source.len().div_ceil(ASKED).max(1));
-    let normals =
-        |places: &mut dyn Iterator<Item = usize>| -> Vec<Point> { places.map(|at| source.normals()[at]).collect() };
-    let whole = flatness(&normals(&mut asked()));
-    if whole < MOSTLY_FLAT {
-        return whole;
-    }
-    let touches = |at: &usize| {
-        let moved = target_from_source * nalgebra::Point3::from(wide(source.points()[*at]));
-        target.index().nearest_within(&narrow(&moved.coords), reach).is_some()
-    };
-    whole.min(flatness(&normals(&mut asked().filter(touches))))
 }

@@ -8,6 +8,7 @@ mod chain;
 mod collection;
 mod config;
 mod failure;
+mod gauge;
 mod judging;
 mod memory;
 mod pair;
