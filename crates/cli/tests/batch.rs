@@ -232,7 +232,7 @@ fn what_cannot_be_done_is_said_before_anything_is_written() {
         ("", &["--neighbors", "3"], "--neighbors is for --pairs auto"),
         ("", &["--pairs", "auto", "--neighbors", "0"], "1.."),
         ("", &["--shard", "4/3"], "i from 1 to n"),
-        ("", &["--memory", "lots"], "as in 500M or 4G"),
+        ("", &["--memory", "lots"], "e.g. 500M or 4G"),
         ("", &["--data", "elsewhere"], "--data is for a dataset.toml"),
         ("", &["--set", "sed=1"], "seed"),
         ("pairs.jsonl", &[], "lists no pairs"),

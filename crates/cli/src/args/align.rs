@@ -20,7 +20,7 @@ pub(crate) struct AlignArgs {
     pub(crate) reading: ReadingArgs,
     #[command(flatten)]
     pub(crate) output: ResultArgs,
-    /// Write what each stage left into DIR: keypoints, descriptors, matches, poses (docs/FILES.md)
+    /// Write what each stage produced into DIR: keypoints, descriptors, matches, poses (docs/FILES.md)
     #[arg(long, value_name = "DIR")]
     pub(crate) save_stages: Option<PathBuf>,
 }
@@ -31,7 +31,7 @@ pub(crate) struct RefineArgs {
     pub(crate) source: PathBuf,
     /// The scan that stays
     pub(crate) target: PathBuf,
-    /// The pose to start from, as it maps SOURCE into the frame of TARGET: a file with a 4x4 matrix, a JSON result of
+    /// The pose to start from, which maps SOURCE into the frame of TARGET: a file with a 4x4 matrix, a JSON result of
     /// align, or the word identity
     #[arg(long, value_name = "POSE")]
     pub(crate) init: PathBuf,
@@ -50,13 +50,13 @@ pub(crate) struct RefineArgs {
 /// From where the scans were taken.
 #[derive(Debug, Default, ClapArgs)]
 pub(crate) struct ViewpointArgs {
-    /// Where the scanner stood, in each file's own coordinates, if it is known; estimated otherwise
+    /// Position of the scanner in each file's own coordinates; if not given, the one in the file, otherwise estimated
     #[arg(long, value_name = "X,Y,Z", value_parser = coordinates, allow_hyphen_values = true)]
     pub(crate) viewpoint: Option<[f64; 3]>,
-    /// The same for the source alone
+    /// The same for the source only
     #[arg(long, value_name = "X,Y,Z", value_parser = coordinates, allow_hyphen_values = true)]
     pub(crate) source_viewpoint: Option<[f64; 3]>,
-    /// The same for the target alone
+    /// The same for the target only
     #[arg(long, value_name = "X,Y,Z", value_parser = coordinates, allow_hyphen_values = true)]
     pub(crate) target_viewpoint: Option<[f64; 3]>,
 }
@@ -67,13 +67,13 @@ pub(crate) struct ResultArgs {
     /// Print one JSON object instead of a summary
     #[arg(long)]
     pub(crate) json: bool,
-    /// Write the JSON object to FILE; a name ending in .txt or .xf gets the 4x4 matrix alone
+    /// Write the JSON object to FILE, or only the 4x4 matrix if the name ends in .txt or .xf
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// Write the source in the target's frame, in the format that the name asks for (only where the verdict is ok)
+    /// Write the source in the target's frame; the extension chooses the format (only if the verdict is ok)
     #[arg(long, value_name = "FILE")]
     pub(crate) write_aligned: Option<PathBuf>,
-    /// Write a page with the result and a 3D view, for a browser (one HTML file that needs no network)
+    /// Write a page with the result and a 3D view (one HTML file that needs no network)
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
 }
@@ -91,7 +91,5 @@ pub(crate) struct DemoArgs {
 pub(super) fn coordinates(text: &str) -> Result<[f64; 3], String> {
     let numbers: Option<Vec<f64>> =
         text.split(',').map(|part| part.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
-    numbers
-        .and_then(|n| <[f64; 3]>::try_from(n).ok())
-        .ok_or_else(|| "write three numbers, for instance 0,0,1.5".to_owned())
+    numbers.and_then(|n| <[f64; 3]>::try_from(n).ok()).ok_or_else(|| "write three numbers, e.g. 0,0,1.5".to_owned())
 }

@@ -13,28 +13,28 @@ pub(crate) struct BatchArgs {
     /// Where to write results.jsonl, results.csv, run.json and configuration.toml
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
-    /// Which pairs of a folder; all, or those of its pairs.csv, if not given
+    /// Which pairs of a folder or data set; if not given, those that it lists, otherwise all
     #[arg(long, value_name = "CHOICE", conflicts_with = "sequential")]
     pub(crate) pairs: Option<PairChoice>,
     /// Pair each scan with the one before it, by file name (the same as --pairs sequential)
     #[arg(long)]
     pub(crate) sequential: bool,
-    /// For --pairs auto: with how many of the most similar scans each one is paired [default: 8]
+    /// For --pairs auto: number of most similar scans to pair each scan with [default: 8]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) neighbors: Option<u32>,
-    /// Where the files of a dataset.toml are, if not beside it
+    /// Folder with the files of a dataset.toml, if not beside it
     #[arg(long, value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,
-    /// Go on with a run that was stopped: pairs without a verdict are done, those with one are kept
+    /// Continue a stopped run: pairs with a verdict are kept, the others are repeated
     #[arg(long)]
     pub(crate) resume: bool,
-    /// Do the i-th of n parts of the pairs; merge joins the parts. The rows do not depend on it
+    /// Register only the i-th of n parts of the pairs; merge joins the parts. The rows do not depend on it
     #[arg(long, value_name = "I/N", default_value = "1/1")]
     pub(crate) shard: Share,
-    /// Give a pair up that takes longer, in seconds or as 90s, 5m, 1h. Looked at between stages: none is interrupted
+    /// Give up pairs that take longer, in seconds or as 90s, 5m, 1h. Checked between stages
     #[arg(long, value_name = "TIME", value_parser = duration)]
     pub(crate) time_limit: Option<Duration>,
-    /// Memory for running pairs and remembered descriptors, about; in bytes or as 500M, 4G
+    /// Approximate memory for running pairs and cached descriptors, in bytes or as 500M, 4G
     #[arg(long, value_name = "SIZE", default_value = "1G", value_parser = bytes)]
     pub(crate) memory: u64,
     #[command(flatten)]
@@ -52,11 +52,11 @@ impl BatchArgs {
 /// Which pairs of the scans in a folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum PairChoice {
-    /// Each scan with each other one
+    /// Every pair of scans
     All,
     /// Each scan with the one before it, by file name
     Sequential,
-    /// Each scan with those whose mean descriptor is most like its own
+    /// Each scan with those whose mean descriptor is most similar
     Auto,
 }
 
@@ -65,7 +65,7 @@ pub(crate) struct MergeArgs {
     /// The output folders of all shards
     #[arg(required = true, value_name = "DIR")]
     pub(crate) parts: Vec<PathBuf>,
-    /// Where to write the whole
+    /// Where to write the joined results
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
 }
@@ -80,11 +80,11 @@ fn scaled(text: &str, suffixes: &[(&str, f64)]) -> Option<f64> {
 pub(super) fn duration(text: &str) -> Result<Duration, String> {
     let seconds = scaled(text, &[("s", 1.0), ("m", 60.0), ("h", 3600.0)]);
     let time = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-    time.ok_or_else(|| "write a time above zero, as in 90s, 5m or 1h".to_owned())
+    time.ok_or_else(|| "write a time above zero, e.g. 90s, 5m or 1h".to_owned())
 }
 
 pub(super) fn bytes(text: &str) -> Result<u64, String> {
     let scale = |power: i32| 1024f64.powi(power);
     let size = scaled(text, &[("K", scale(1)), ("M", scale(2)), ("G", scale(3)), ("T", scale(4))]);
-    size.map(|size| size as u64).ok_or_else(|| "write a size above zero, as in 500M or 4G".to_owned())
+    size.map(|size| size as u64).ok_or_else(|| "write a size above zero, e.g. 500M or 4G".to_owned())
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum ConfigCommand {
-    /// Print a preset with its explanations, or every member of every family
+    /// Print a preset with explanations, or every member of every family
     Show {
         /// default, fast, paper, or members
         #[arg(default_value = "default")]
@@ -13,7 +13,7 @@ pub(crate) enum ConfigCommand {
         /// Print every setting and where it comes from: defaults < preset < folder < file < --set
         #[arg(long)]
         explain: bool,
-        /// A folder whose congruent.toml counts, as in batch
+        /// A folder whose congruent.toml is included, as in batch
         #[arg(long, value_name = "DIR", requires = "explain")]
         folder: Option<PathBuf>,
         /// A TOML file
@@ -22,7 +22,7 @@ pub(crate) enum ConfigCommand {
         /// Change one setting; may be repeated
         #[arg(long, value_name = "KEY=VALUE", requires = "explain")]
         set: Vec<String>,
-        /// Seed of all random draws
+        /// Seed of all random draws, at most 2^63 - 1
         #[arg(long, requires = "explain", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
         seed: Option<u64>,
     },

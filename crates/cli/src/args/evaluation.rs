@@ -11,13 +11,13 @@ pub(crate) struct DatasetArgs {
     /// Folders, or dataset.toml files
     #[arg(required = true, value_name = "DATASET")]
     pub(crate) datasets: Vec<PathBuf>,
-    /// Where the files of the data set are, if not beside its description; once for each data set, in their order
+    /// Folder with the files of the data set, if not beside its description; once per data set, in the same order
     #[arg(long, value_name = "DIR")]
     pub(crate) data: Vec<PathBuf>,
-    /// At most N pairs of each data set, evenly from all over its list
+    /// At most N pairs of each data set, spread evenly over its list
     #[arg(long, value_name = "N")]
     pub(crate) pairs: Option<usize>,
-    /// Only pairs whose scans share at least this much of their points, 0 to 1; if not given, as the data set says
+    /// Only pairs whose scans share at least this fraction of their points, 0 to 1; if not given, the data set's minimum
     #[arg(long, value_name = "X")]
     pub(crate) min_overlap: Option<f64>,
 }
@@ -29,7 +29,7 @@ fn nuisance(text: &str) -> Result<Nuisance, String> {
         nuisance: Nuisance,
     }
     if !text.contains('=') && text != "none" {
-        return Err("write what and how much, as in noise=1".to_owned());
+        return Err("write the kind and the amount, e.g. noise=1".to_owned());
     }
     let parsed = toml::from_str(&format!("nuisance = {{ {text} }}")).map_err(|e| e.message().to_owned());
     parsed.map(|Parsed { nuisance }| nuisance)
@@ -38,10 +38,10 @@ fn nuisance(text: &str) -> Result<Nuisance, String> {
 /// What the results are shown in.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct PageArgs {
-    /// Write a page with figures and tables, for a browser (one HTML file that needs no network)
+    /// Write a page with figures and tables (one HTML file that needs no network)
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
-    /// Write each figure by itself, as SVG
+    /// Write each figure as an SVG file
     #[arg(long, value_name = "DIR")]
     pub(crate) figures: Option<PathBuf>,
 }
@@ -55,17 +55,18 @@ pub(crate) struct EvaluateArgs {
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) page: PageArgs,
-    /// Register this pair alone, and write its page to --report: errors of all points against the truth, in 3D
+    /// Register only this pair and write its page to --report: errors of all points against the ground truth, in 3D
     #[arg(long, value_name = "SOURCE,TARGET", requires = "report", conflicts_with_all = ["output", "figures", "compare"])]
     pub(crate) show: Option<String>,
-    /// With --show: the same pair by each of these metrics, side by side, for instance mse,inlier-count,overlapped-points
+    /// With --show: the same pair with each of these metrics, side by side, e.g. mse,inlier-count,overlapped-points
     #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "show")]
     pub(crate) metrics: Vec<String>,
     /// Compare with an earlier evaluation of the same pairs (McNemar's exact test)
     #[arg(long, value_name = "DIR")]
     pub(crate) compare: Option<PathBuf>,
-    /// Spoil both scans first: noise=1 (standard deviation, pr), strays=0.1 (so many times as many points), keep-randomly=0.1,
-    /// keep-evenly=0.1, holes=6; may be repeated, one after the other. Errors are of the scans as they came
+    /// Degrade both scans first: noise=1 (standard deviation, pr), strays=0.1 (a tenth as many extra points),
+    /// keep-randomly=0.1, keep-evenly=0.1, holes=6; may be repeated, applied in order. Errors refer to the scans as
+    /// provided
     #[arg(long, value_name = "NUISANCE", value_parser = nuisance, conflicts_with = "show")]
     pub(crate) spoil: Vec<Nuisance>,
     #[command(flatten)]
@@ -89,17 +90,17 @@ pub(crate) struct ExperimentArgs {
 
 #[derive(Debug, ClapArgs)]
 pub(crate) struct SimulateArgs {
-    /// Which data set to resemble
+    /// The data set to resemble
     pub(crate) kind: SimulatedKind,
     /// Where to write scans/, pairs.csv and dataset.toml
     pub(crate) directory: PathBuf,
-    /// How many pairs
+    /// Number of pairs
     #[arg(long, value_name = "N", default_value_t = 100)]
     pub(crate) pairs: usize,
     /// A triangle mesh to scan instead of the built-in figurines; may be repeated
     #[arg(long, value_name = "FILE")]
     pub(crate) mesh: Vec<PathBuf>,
-    /// The same seed gives the same data
+    /// Seed of all random draws (the same seed gives the same data)
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
 }
@@ -115,7 +116,7 @@ pub(crate) enum SimulatedKind {
     /// Whole models in cluttered laser scans
     #[value(name = "u3or-like")]
     U3or,
-    /// Depth camera images of models in cluttered ones
+    /// Depth camera images of models, to be found in cluttered ones
     #[value(name = "bod5-like")]
     Bod5,
 }

@@ -18,7 +18,7 @@ pub(crate) struct ConvertArgs {
     /// The scan to be read, recognised by its content: PLY, OBJ, STL, OFF, PCD, XYZ/TXT/CSV, LAS/LAZ or E57
     #[arg(value_name = "A")]
     pub(crate) from: PathBuf,
-    /// The file to be written; its extension says which format
+    /// The file to be written; its extension chooses the format
     #[arg(value_name = "B")]
     pub(crate) to: PathBuf,
     #[command(flatten)]
@@ -28,7 +28,7 @@ pub(crate) struct ConvertArgs {
 /// How scan files are read.
 #[derive(Clone, Copy, Debug, Default, ClapArgs)]
 pub(crate) struct ReadingArgs {
-    /// Keep one point for each cube of this side while reading, for files larger than the memory, in data units (0.05u)
+    /// Keep one point per cell of this side while reading, for files larger than the memory, in data units (0.05u)
     #[arg(long, value_name = "LENGTH", value_parser = data_units)]
     pub(crate) thin: Option<f64>,
 }

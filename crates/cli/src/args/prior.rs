@@ -7,14 +7,14 @@ use std::path::PathBuf;
 
 #[derive(Debug, Default, ClapArgs)]
 pub(crate) struct PriorArgs {
-    /// A pose that may be near, as it maps SOURCE into the frame of TARGET: a file with a 4x4 matrix, a JSON result of
-    /// align, or the word identity. Refined, it competes with what is found
+    /// An approximate pose that maps SOURCE into the frame of TARGET: a file with a 4x4 matrix, a JSON result of align,
+    /// or the word identity. It is refined and competes with the poses found
     #[arg(long, value_name = "POSE")]
     pub(crate) init: Option<PathBuf>,
-    /// Only poses whose rotation is at most so many degrees from the one of --init
+    /// Only poses rotated by at most DEG degrees relative to --init
     #[arg(long, value_name = "DEG", value_parser = degrees, requires = "init")]
     pub(crate) max_rotation: Option<f64>,
-    /// Only poses that put the middle of the source's bounding box at most so far from where --init puts it: 5u, 20pr
+    /// Only poses that move the centre of the source's bounding box by at most LENGTH from where --init puts it (5u, 20pr)
     #[arg(long, value_name = "LENGTH", value_parser = length, requires = "init")]
     pub(crate) max_translation: Option<Length>,
     #[command(flatten)]
@@ -33,9 +33,7 @@ pub(crate) struct LevelArgs {
 
 fn degrees(text: &str) -> Result<f64, String> {
     let angle: Option<f64> = text.parse().ok();
-    angle
-        .filter(|v| *v >= 0.0 && *v <= 180.0)
-        .ok_or_else(|| "write an angle of 0 to 180 degrees, for instance 15".to_owned())
+    angle.filter(|v| *v >= 0.0 && *v <= 180.0).ok_or_else(|| "write an angle of 0 to 180 degrees, e.g. 15".to_owned())
 }
 
 fn length(text: &str) -> Result<Length, String> {
@@ -45,9 +43,5 @@ fn length(text: &str) -> Result<Length, String> {
 fn direction(text: &str) -> Result<[f64; 3], String> {
     let axis = coordinates(text)?;
     let long = axis.iter().map(|v| v * v).sum::<f64>();
-    if long > 0.0 && long.is_finite() {
-        Ok(axis)
-    } else {
-        Err("an axis must have a direction, for instance 0,0,1".to_owned())
-    }
+    if long > 0.0 && long.is_finite() { Ok(axis) } else { Err("an axis must have a direction, e.g. 0,0,1".to_owned()) }
 }

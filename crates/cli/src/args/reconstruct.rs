@@ -9,30 +9,30 @@ use std::time::Duration;
 
 #[derive(Debug, ClapArgs)]
 pub(crate) struct ReconstructArgs {
-    /// A folder of scans, or one with scans/
+    /// A folder of scans, or a folder with scans/
     pub(crate) folder: PathBuf,
-    /// Where to write poses.csv, an .xf for each scan, graph.g2o, model-1.ply …, report.html, and the rows of the pairs
+    /// Where to write poses.csv, an .xf file per scan, graph.g2o, model-1.ply …, report.html, and the rows of the pairs
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
-    /// Which pairs are registered; all of up to 40 scans, else auto
+    /// Which pairs to register; if not given, all for up to 40 scans, otherwise auto
     #[arg(long, value_name = "CHOICE")]
     pub(crate) pairs: Option<PairChoice>,
-    /// For --pairs auto: with how many of the most similar scans each one is paired [default: 8]
+    /// For --pairs auto: number of most similar scans to pair each scan with [default: 8]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
     neighbors: Option<u32>,
-    /// Thin the merged clouds with cells of this side, in data units (0.5u)
+    /// Thin the merged clouds to one point per cell of this side, in data units (0.5u)
     #[arg(long, value_name = "LENGTH", value_parser = data_units)]
     pub(crate) voxel: Option<f64>,
     /// Print the result as JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Go on with a run that was stopped; pairs that are there are kept
+    /// Continue a stopped run: pairs with a verdict are kept, the others are repeated
     #[arg(long)]
     resume: bool,
-    /// Give a pair up that takes longer, in seconds or as 90s, 5m, 1h
+    /// Give up pairs that take longer, in seconds or as 90s, 5m, 1h. Checked between stages
     #[arg(long, value_name = "TIME", value_parser = duration)]
     time_limit: Option<Duration>,
-    /// Memory for running pairs and remembered descriptors, about; in bytes or as 500M, 4G
+    /// Approximate memory for running pairs and cached descriptors, in bytes or as 500M, 4G
     #[arg(long, value_name = "SIZE", default_value = "1G", value_parser = bytes)]
     memory: u64,
     #[command(flatten)]

@@ -20,10 +20,10 @@ pub(crate) struct KeypointsArgs {
 pub(crate) struct DescribeArgs {
     /// The scan, in any format that align reads
     pub(crate) scan: PathBuf,
-    /// Describe these places (columns x,y,z) and not those that the configured detector finds
+    /// Describe these points (columns x,y,z) instead of those that the detector finds
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) keypoints: Option<PathBuf>,
-    /// Where to write the matrix; the places of its rows go beside it, into the same name with .csv
+    /// Where to write the matrix; the positions of its rows are written beside it, to the same name with .csv
     #[arg(short, long, value_name = "FILE.npy")]
     pub(crate) output: PathBuf,
     #[command(flatten)]
@@ -32,7 +32,7 @@ pub(crate) struct DescribeArgs {
 
 #[derive(Debug, ClapArgs)]
 pub(crate) struct MatchArgs {
-    /// Descriptors of the source, with the places of the rows beside them in .csv
+    /// Descriptors of the source, with the positions of the rows beside them in .csv
     #[arg(value_name = "SOURCE.npy")]
     pub(crate) source: PathBuf,
     /// Descriptors of the target
@@ -47,9 +47,9 @@ pub(crate) struct MatchArgs {
 
 #[derive(Debug, ClapArgs)]
 pub(crate) struct EstimateArgs {
-    /// Correspondences, best first: CSV of `congruent match`, lines `sx sy sz tx ty tz`, or pairs of point positions
+    /// Correspondences, best first: CSV of `congruent match`, lines `sx sy sz tx ty tz`, or pairs of point indices
     pub(crate) matches: PathBuf,
-    /// The scan to be moved; for pairs of positions, and for all that needs the surfaces
+    /// The scan to be moved; needed for pairs of point indices and for anything that uses the surfaces
     #[arg(long, value_name = "SCAN", requires = "target")]
     pub(crate) source: Option<PathBuf>,
     /// The scan that stays
@@ -68,7 +68,7 @@ pub(crate) struct EstimateArgs {
 /// What the commands take that run a stage by itself.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct StageArgs {
-    /// What pr means after sampling, in data units (0.6u); that of the named scans if not given
+    /// Length of one pr after sampling, in data units (0.6u); if not given, measured on the scans
     #[arg(long, value_name = "LENGTH", value_parser = data_units)]
     pub(crate) resolution: Option<f64>,
     #[command(flatten)]
@@ -79,7 +79,7 @@ pub(crate) struct StageArgs {
 pub(super) fn data_units(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(Length::Units(units)) => Ok(units),
-        Ok(Length::Resolutions(_)) => Err("this length does not depend on pr; write data units, as in 0.6u".to_owned()),
+        Ok(Length::Resolutions(_)) => Err("this length cannot be given in pr; write data units, as in 0.6u".to_owned()),
         Err(error) => Err(error.to_string()),
     }
 }
