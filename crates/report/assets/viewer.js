@@ -11,7 +11,7 @@
   const HELP = [
     ['drag, arrow keys', 'turn'], ['shift + drag, two fingers', 'move'], ['wheel, pinch, + and −', 'zoom'],
     ['B', 'next position'], ['C', 'next colours'], ['[ and ]', 'point size'], ['1 to 9', 'layers'],
-    ['X, Y, Z', 'look along an axis'], ['R', 'start again'], ['H', 'this help'],
+    ['X, Y, Z', 'look along an axis'], ['R', 'reset'], ['H', 'this help'],
   ];
 
   const CLOUD = `#version 300 es

@@ -45,23 +45,23 @@ pub fn evaluation_figures(rows: &[PairRow]) -> Vec<Figure> {
     vec![
         figure(
             "accuracy",
-            "Pairs that are right, over the bound of a right pose, with 95 % intervals (Wilson)",
+            "Share of right pairs over the error bound, with 95 % intervals (Wilson)",
             accuracy_over_bound(&scored).svg(),
         ),
         figure(
             "errors",
-            "Errors; pairs without a pose are in the last bar",
+            "Errors (pairs without a pose are in the last bar)",
             Bars::counted("RMSE (pr)", &errors, LARGEST_ERROR_PR, BARS).svg(),
         ),
         figure(
             "inlier-ratios",
-            "Share of true matches (within 5 pr of the chain) among all",
+            "Share of true matches (within 5 pr after sampling) among all matches",
             Bars::counted("true matches, %", &ratios, 100.0, BARS).svg(),
         ),
         figure("inliers", "Number of true matches", Bars::counted("true matches", &counts, most, BARS).svg()),
         figure(
             "confidence",
-            &format!("Pairs right at {VERDICT_D_RMSE} pr, over what the program believed"),
+            &format!("Share of pairs right at {VERDICT_D_RMSE} pr, over the confidence"),
             confidence(&scored).svg(),
         ),
     ]
@@ -94,7 +94,7 @@ fn confidence(scored: &[&PairRow]) -> Curves {
     let diagonal = [0.0, 1.0].map(|x| Sample { x, y: 100.0 * x, interval: None });
     let curves = vec![
         Curve { name: "measured".to_owned(), samples: samples.collect() },
-        Curve { name: "as believed".to_owned(), samples: diagonal.to_vec() },
+        Curve { name: "ideal".to_owned(), samples: diagonal.to_vec() },
     ];
     Curves { x: Axis::Numbers("confidence".to_owned()), y: Measure::percent("right, %"), curves }
 }

@@ -25,8 +25,8 @@ pub(super) fn page(outcome: &Outcome, surfaces: &Surfaces) -> Page {
             members[0]
         )));
         blocks.push(Block::Views(vec![(
-            "Each scan has its colour. The graph joins the middles of the scans: green poses are used, red ones rejected; grey \
-             lines join scans that touch."
+            "Each scan has its own colour. The graph connects the centres of the scans: green poses are used, red ones \
+             rejected; grey lines connect scans that touch."
                 .to_owned(),
             scene(outcome, surfaces, number),
         )]));
@@ -48,7 +48,7 @@ fn verdict(outcome: &Outcome) -> Block {
     let (tone, word) = if outcome.is_complete() {
         (Tone::Good, "complete")
     } else if outcome.components.is_empty() {
-        (Tone::Bad, "nothing fits")
+        (Tone::Bad, "no scans fit")
     } else {
         (Tone::Doubtful, "incomplete")
     };
@@ -134,7 +134,7 @@ fn pairs(outcome: &Outcome) -> Table {
             pair.reason.clone().into(),
         ]
     };
-    let columns = ["source", "target", "verdict", "confidence", "fate", "why"];
+    let columns = ["source", "target", "verdict", "confidence", "fate", "reason"];
     table(&columns, outcome.pairs.iter().map(row).collect())
 }
 
@@ -147,6 +147,6 @@ fn contacts(outcome: &Outcome) -> Table {
             format!("{:.2}", contact.residual / outcome.resolution).into(),
         ]
     };
-    let columns = ["scan", "touches", "of its points, %", "apart, pr"];
+    let columns = ["scan", "touches", "touching points, %", "distance, pr"];
     table(&columns, outcome.contacts.iter().map(row).collect())
 }

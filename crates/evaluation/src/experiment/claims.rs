@@ -84,7 +84,11 @@ pub fn claims(counts: &Counts<'_>) -> Vec<Claim> {
 /// Returns the claims as a Markdown table.
 #[must_use]
 pub fn claims_table(claims: &[Claim]) -> String {
-    let mut text = "# What the paper claims, and what was measured\n\nAt d_rmse 2.5 pr, t 7.5 pr and 1000 iterations where nothing else is said; differences in percentage points.\n\n| claim | pairs | holds | figures |\n|---|---|---|---|\n".to_owned();
+    let mut text =
+        "# What the paper claims, and what was measured\n\nAt d_rmse 2.5 pr, t 7.5 pr and 1000 iterations unless \
+                    stated otherwise; differences in percentage points.\n\n\
+                    | claim | pairs | holds | figures |\n|---|---|---|---|\n"
+            .to_owned();
     for Claim { text: claim, dataset, holds, figures } in claims {
         let holds = if *holds { "yes" } else { "no" };
         writeln!(text, "| {claim} | {dataset} | {holds} | {figures} |").expect("a string takes all");

@@ -30,11 +30,12 @@ impl Tally {
             MeasuredOn::Sampled => "the sampled clouds",
         };
         let mut text = format!(
-            "\n## Registration accuracy, %\n\nErrors are measured on {measured_on}, and d_rmse is in units of their resolution; thresholds are in units of that of the sampled clouds.\n"
+            "\n## Registration accuracy, %\n\nErrors are measured on {measured_on}, with d_rmse in units of their \
+             resolution; thresholds are in units of the resolution of the sampled clouds.\n"
         );
         text += &pivot(plan, &counts, &|count: &Count| format!("{:.1}", count.percent()));
         let fewest = self.datasets.iter().map(|(_, pairs)| *pairs).min().unwrap_or(0);
-        text += &format!("\n95 % intervals are in the CSV; at half right they are {}.\n", half_width(fewest));
+        text += &format!("\n95 % intervals are in the CSV; at an accuracy of 50 % they are {}.\n", half_width(fewest));
         if let Some(baseline) = &plan.baseline {
             text += &self.baseline_table(plan, &counts, baseline);
         }
@@ -43,7 +44,9 @@ impl Tally {
 
     /// Returns the median inlier ratio and number of inliers for each set of matches.
     fn inlier_table(&self) -> String {
-        let mut text = "\n## True matches (within 5 pr of the chain)\n\n| data set | matches of | median ratio | median count |\n|---|---|---:|---:|\n".to_owned();
+        let mut text = "\n## True matches (within 5 pr after sampling)\n\n\
+                        | data set | matches of | median ratio | median count |\n|---|---|---:|---:|\n"
+            .to_owned();
         let mut seen = Vec::new();
         for column in &self.columns {
             let name = format!("{} | {}, {}", column.dataset, column.cell.variant, column.cell.nuisance);
@@ -106,7 +109,7 @@ impl Tally {
 
 fn half_width(pairs: usize) -> String {
     let (low, high) = wilson(pairs / 2, pairs);
-    format!("{:.0} points to each side", 50.0 * (high - low))
+    format!("±{:.0} points", 50.0 * (high - low))
 }
 
 /// Returns those of the permitted axes that have more than one value.

@@ -35,7 +35,7 @@ pub fn pair_page(report: &PairReport<'_>) -> Page {
     let mut blocks = vec![
         report.verdict(),
         Block::Views(vec![(report.caption(off), report.scene())]),
-        Block::Section("In numbers".to_owned()),
+        Block::Section("Measurements".to_owned()),
         Block::Facts(report.facts(off)),
         Block::Section("Pose".to_owned()),
     ];
@@ -95,7 +95,7 @@ impl PairReport<'_> {
     fn caption(&self, off: Option<f64>) -> String {
         let moved = match self.registration.target_from_source {
             Some(_) => "the source moved onto the target",
-            None => "there is no pose; the scans as they came",
+            None => "no pose; the scans as provided",
         };
         match off {
             Some(rmse) => format!("{moved}; off by {rmse:.2} pr where the scans overlap"),
@@ -111,7 +111,7 @@ impl PairReport<'_> {
             ("Points after sampling".to_owned(), two(counts.sampled)),
             ("Keypoints described".to_owned(), two(counts.described)),
             ("Correspondences".to_owned(), format!("{}, {} of them inliers", counts.correspondences, counts.inliers)),
-            ("Poses looked at".to_owned(), format!("{} of {} proposed", counts.poses, counts.trials)),
+            ("Poses examined".to_owned(), format!("{} of {} proposed", counts.poses, counts.trials)),
             ("Resolution (1 pr)".to_owned(), format!("{} data units", digits(r.raw_resolution, 4))),
         ];
         if let Some(agreement) = &r.agreement {
@@ -120,12 +120,12 @@ impl PairReport<'_> {
                 facts.push(("Distance where they touch".to_owned(), format!("{residual:.2} pr")));
             }
             let against = 100.0 * (agreement.hover + agreement.occlusion);
-            facts.push(("Points that contradict".to_owned(), format!("{against:.1} %")));
+            facts.push(("Points that contradict the pose".to_owned(), format!("{against:.1} %")));
         }
         if let (Some(rmse), Some(pose), Some(truth)) = (off, &r.target_from_source, self.truth) {
-            facts.push(("Off from the truth, where the scans overlap".to_owned(), format!("{rmse:.2} pr")));
+            facts.push(("Error against the ground truth, where the scans overlap".to_owned(), format!("{rmse:.2} pr")));
             let angle = angle_between(pose, truth).to_degrees();
-            facts.push(("Rotation off from the truth".to_owned(), format!("{angle:.2}°")));
+            facts.push(("Rotation error against the ground truth".to_owned(), format!("{angle:.2}°")));
         }
         let seconds: f64 = r.timings.iter().map(|t| t.time.as_secs_f64()).sum();
         facts.push(("Time in all stages".to_owned(), format!("{seconds:.2} s")));
@@ -134,13 +134,13 @@ impl PairReport<'_> {
 
     fn pose(&self) -> Vec<Block> {
         let Some(pose) = &self.registration.target_from_source else {
-            return vec![Block::Text("There is none.".to_owned())];
+            return vec![Block::Text("No pose was found.".to_owned())];
         };
         let reach = self.registration.uncertainty.as_ref().map_or(0.0, |known| known.about.amax());
         let rows = pose_rows(&to_rows(pose), self.registration.raw_resolution, reach);
         let mut what = "Maps source coordinates into the target's frame, as in the files.".to_owned();
         if self.registration.verdict != Verdict::Ok {
-            what += " It is the best guess, and not to be relied on.";
+            what += " It is only the best guess; do not rely on it.";
         }
         vec![Block::Text(what), Block::Printed(rows.join("\n"))]
     }

@@ -40,7 +40,7 @@ impl PairReport<'_> {
 
     fn legend(&self) -> Errors {
         let (name, grey) = match self.truth {
-            Some(_) => ("distance from the true place", "not in the other scan"),
+            Some(_) => ("distance from the true position", "not in the other scan"),
             None => ("distance to the target", "none within 10 pr"),
         };
         Errors { name: name.to_owned(), unit: "pr".to_owned(), saturation: SATURATION_PR, grey: grey.to_owned() }
