@@ -56,7 +56,7 @@ pub(crate) fn named_preset(path: &Path) -> Option<&'static str> {
 pub(crate) fn readable(path: &Path) -> Result<String> {
     std::fs::read_to_string(path).map_err(|error| {
         let names = PRESETS.map(|p| p.0).join(", ");
-        anyhow!("{}: cannot read the configuration: {error}; name a TOML file or a preset ({names})", path.display())
+        anyhow!("{}: cannot read the configuration: {error}; give a TOML file or a preset ({names})", path.display())
     })
 }
 
@@ -80,7 +80,7 @@ fn line_and_column(text: &str, at: usize) -> (usize, usize) {
 /// Returns the configuration with one `key.path=value` applied.
 pub(crate) fn assigned(config: &PipelineConfig, assignment: &str) -> Result<PipelineConfig> {
     let Some((path, value)) = assignment.split_once('=') else {
-        bail!("write KEY=VALUE, for instance metric.mse.threshold=5pr");
+        bail!("write KEY=VALUE, e.g. metric.mse.threshold=5pr");
     };
     let mut table = toml::Table::try_from(config).context("the configuration cannot be written as TOML")?;
     let keys: Vec<&str> = path.trim().split('.').collect();
@@ -120,7 +120,7 @@ fn assign(table: &mut toml::Table, keys: &[&str], depth: usize, value: toml::Val
 
 /// Phrases of serde, and what the user reads instead.
 const WORDS: [(&str, &str); 4] = [
-    ("wanted exactly 1 element, more than 1 element", "two members of one family; keep one of their tables"),
+    ("wanted exactly 1 element, more than 1 element", "two members of one family; keep only one of their tables"),
     ("expected u64", "expected a whole number, 0 or above"),
     ("expected usize", "expected a whole number, 0 or above"),
     ("expected f64", "expected a number"),

@@ -30,7 +30,7 @@ impl EvaluationRows {
 
     /// Reads the rows of a directory.
     pub(crate) fn read(directory: &Path) -> Result<Vec<PairRow>> {
-        read_rows(&directory.join(JSONL)).context("name a directory that `congruent evaluate -o` wrote")
+        read_rows(&directory.join(JSONL)).context("give a directory that `congruent evaluate -o` has written")
     }
 
     pub(crate) fn all(&self) -> &[PairRow] {

@@ -37,7 +37,8 @@ pub(crate) fn level_pose(path: &Path, args: &LevelArgs) -> Result<RigidTransform
     let tilt = tilt(&guess, up(args));
     if tilt > MAX_TILT {
         bail!(
-            "{}: tilts the source by {:.1} degrees, and --yaw-only leaves {:.1} at most; leave that out, or name the up axis with --up",
+            "{}: tilts the source by {:.1} degrees, but --yaw-only allows at most {:.1}; omit --yaw-only, or give the up \
+             axis with --up",
             path.display(),
             tilt.to_degrees(),
             MAX_TILT.to_degrees()
@@ -53,13 +54,13 @@ pub(crate) fn pose(path: &Path) -> Result<RigidTransform> {
     }
     let name = || path.display().to_string();
     let bytes = std::fs::read(path)
-        .with_context(|| format!("{}: cannot be read; name a pose file, or identity", path.display()))?;
+        .with_context(|| format!("{}: cannot be read; give a pose file, or identity", path.display()))?;
     if !bytes.trim_ascii_start().starts_with(b"{") {
         return Ok(read_pose(path)?);
     }
     let result: WithPose = serde_json::from_slice(&bytes).with_context(name)?;
     let Some(rows) = result.target_from_source else {
-        bail!("{}: holds no target_from_source; name a result with a pose", path.display());
+        bail!("{}: has no target_from_source; give a result with a pose", path.display());
     };
     let motion = Motion::nearest(&rows, Motion::WARN_ABOVE)
         .map_err(|fault| anyhow!("{}: target_from_source: {fault}", name()))?;

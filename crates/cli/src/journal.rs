@@ -41,7 +41,7 @@ impl Journal {
         written.with_context(|| {
             let way_on = self.way_on;
             format!(
-                "{}: cannot be written; free some room, then {way_on}; the rows before are kept",
+                "{}: cannot be written; free some disk space, then {way_on}; the rows written so far are kept",
                 self.path.display()
             )
         })?;
@@ -59,10 +59,10 @@ pub(crate) fn read_rows<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
     let row = |(number, line): (usize, &str)| {
         serde_json::from_str(line).map_err(|error| match number {
             1 => anyhow!(
-                "{}: holds results of another command or version ({error}); choose another folder",
+                "{}: contains results of another command or version ({error}); choose another folder",
                 path.display()
             ),
-            _ => anyhow!("{}: line {number} is no row: {error}; remove it", path.display()),
+            _ => anyhow!("{}: line {number} is not a row: {error}; remove it", path.display()),
         })
     };
     (1..).zip(text.lines()).map(row).collect()
@@ -102,6 +102,6 @@ mod tests {
         let path = folder.path().join("rows.jsonl");
         std::fs::write(&path, "\"a\"\nnonsense\n\"b\"\n").unwrap();
         let message = read_rows::<String>(&path).unwrap_err().to_string();
-        assert!(message.contains("rows.jsonl: line 2 is no row") && message.contains("remove it"), "{message}");
+        assert!(message.contains("rows.jsonl: line 2 is not a row") && message.contains("remove it"), "{message}");
     }
 }

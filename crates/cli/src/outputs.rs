@@ -10,7 +10,7 @@ pub(crate) fn check(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
     for output in outputs {
         let shown = output.display();
         if output.is_dir() {
-            bail!("{shown}: is a directory; name a file");
+            bail!("{shown}: is a directory; give a file name");
         }
         // Devices and pipes can be written to more than once, and have no content to lose.
         if output.exists() && !output.is_file() {
@@ -20,10 +20,10 @@ pub(crate) fn check(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
             bail!("{shown}: cannot be written, because its folder does not exist; create it");
         };
         if inputs.iter().any(|input| input.canonicalize().is_ok_and(|input| input == place)) {
-            bail!("{shown}: is read as well, and would be replaced by the result; choose another name");
+            bail!("{shown}: is also an input, and would be replaced by the result; choose another name");
         }
         if taken.contains(&place) {
-            bail!("{shown}: two results would be written there; choose another name for one of them");
+            bail!("{shown}: two results would be written to it; choose another name for one of them");
         }
         taken.push(place);
     }
@@ -51,7 +51,7 @@ mod tests {
         let nowhere = folder.path().join("no").join("x.json");
         let said = |inputs: &[&Path], outputs: &[&Path]| check(inputs, outputs).err().map(|error| error.to_string());
         assert_eq!(said(&[&scan], &[&other, &new]), None);
-        assert!(said(&[&scan, &other], &[&detour]).unwrap().contains("is read as well"));
+        assert!(said(&[&scan, &other], &[&detour]).unwrap().contains("is also an input"));
         assert!(said(&[&scan], &[&new, &new]).unwrap().contains("two results"));
         assert!(said(&[&scan], &[&nowhere]).unwrap().contains("does not exist"));
         assert!(said(&[&scan], &[folder.path()]).unwrap().contains("is a directory"));

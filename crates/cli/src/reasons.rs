@@ -46,7 +46,7 @@ impl Reasons {
         say(disagreeing <= FEW_DISAGREEING, format!("{:.1} % touch with normals that disagree", 100.0 * disagreeing));
         say(
             runner_up <= FAR_BEHIND,
-            format!("the best substantially different pose scores {:.0} % of it", 100.0 * runner_up),
+            format!("the best substantially different pose scores {:.0} % as much", 100.0 * runner_up),
         );
         let powers = measured.log10_false_alarms;
         let chance = format!("{inliers} of {matches} correspondences agree (expected by chance: 10^{powers:.0} poses)");
@@ -55,7 +55,8 @@ impl Reasons {
         let held = if firm { "constrained in every direction" } else { "hardly constrained in one direction" };
         say(firm, format!("{held} (stiffness {:.3})", measured.stiffness));
         if measured.are_only_planes() {
-            let flat = format!("{:.0} % of what touches faces only three directions", 100.0 * measured.flatness);
+            let flat =
+                format!("{:.0} % of the touching surface faces only three directions", 100.0 * measured.flatness);
             say(false, flat);
         }
         if measured.chosen_from > 1 {

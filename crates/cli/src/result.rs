@@ -226,7 +226,7 @@ impl Report {
         let c = &self.counts;
         let strays = match c.strays {
             [0, 0] => String::new(),
-            [source, target] => format!(", of them {source} and {target} strays left out"),
+            [source, target] => format!(", of which {source} and {target} strays were removed"),
         };
         line(
             "points",
@@ -235,7 +235,7 @@ impl Report {
         line("keypoints", format!("{} and {} described", c.described[0], c.described[1]));
         line(
             "correspondences",
-            format!("{}, {} of them inliers; {} poses looked at", c.correspondences, c.inliers, c.poses),
+            format!("{}, {} of them inliers; {} poses examined", c.correspondences, c.inliers, c.poses),
         );
         if let Some(reasons) = &self.reasons {
             for (label, phrases) in [("for it", &reasons.pro), ("against it", &reasons.against)] {
@@ -247,7 +247,7 @@ impl Report {
         if let Some(known) = &self.uncertainty {
             let but = match known.free_directions.len() {
                 0 => String::new(),
-                n => format!(", but for {n} of 6 directions that nothing holds"),
+                n => format!(", except in {n} of 6 directions that the surfaces do not constrain"),
             };
             line(
                 "uncertainty",

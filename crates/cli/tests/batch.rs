@@ -229,7 +229,7 @@ fn what_cannot_be_done_is_said_before_anything_is_written() {
     std::fs::write(scans.path().join("pairs.jsonl"), "").unwrap();
     for (input, more, expected) in [
         ("", &["--sequentail"][..], "--sequential"),
-        ("", &["--neighbors", "3"], "--neighbors is for --pairs auto"),
+        ("", &["--neighbors", "3"], "--neighbors needs --pairs auto"),
         ("", &["--pairs", "auto", "--neighbors", "0"], "1.."),
         ("", &["--shard", "4/3"], "i from 1 to n"),
         ("", &["--memory", "lots"], "e.g. 500M or 4G"),

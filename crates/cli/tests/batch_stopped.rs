@@ -125,7 +125,10 @@ fn a_full_disk_is_said_and_the_rows_before_it_are_whole() {
     let output = limited.output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("results.jsonl: cannot be written; free some room") && said.contains("--resume"), "{said}");
+    assert!(
+        said.contains("results.jsonl: cannot be written; free some disk space") && said.contains("--resume"),
+        "{said}"
+    );
     let text = std::fs::read_to_string(out.path().join("results.jsonl")).unwrap();
     assert!(text.ends_with('\n') && text.len() as u64 <= LIMIT, "no half line stays");
     check_goes_on(&scans, out.path());

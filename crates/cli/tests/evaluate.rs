@@ -71,7 +71,7 @@ fn a_stopped_evaluation_resumes_and_pairs_with_a_bad_file_are_rows() {
     fs::write(&jsonl, whole.clone() + "{\"dataset\":\"u3m-l").unwrap();
     let second = bench.evaluate("out", &[]);
     assert_eq!(second.status.code(), Some(0), "{}", text(&second.stderr));
-    assert!(text(&second.stderr).contains(&format!("{} pairs were already", 3 - bad)), "{}", text(&second.stderr));
+    assert!(text(&second.stderr).contains(&format!("{} pairs had already", 3 - bad)), "{}", text(&second.stderr));
     let after = bench.rows("out");
     assert_eq!((after.len(), bench.csv("out").len()), (3, 4));
     for row in rows.iter().filter(|row| row["status"] == "scored") {
@@ -183,7 +183,7 @@ fn several_data_sets_are_evaluated_in_one_run() {
     }
     let twice = bench.evaluate("twice", &[&bench.data()]);
     assert_eq!(twice.status.code(), Some(2));
-    assert!(text(&twice.stderr).contains("another data set is called `u3m-like`"), "{}", text(&twice.stderr));
+    assert!(text(&twice.stderr).contains("another data set is also called `u3m-like`"), "{}", text(&twice.stderr));
 }
 
 #[test]
@@ -246,5 +246,5 @@ fn a_calibration_does_not_take_two_data_sets_for_one() {
     let bench = Bench::new();
     let output = congruent(&["calibrate", &bench.data(), &bench.data(), "-o", &bench.path("calibration")]);
     assert_eq!(output.status.code(), Some(2), "{}", text(&output.stdout));
-    assert!(text(&output.stderr).contains("another data set is called `u3m-like`"), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("another data set is also called `u3m-like`"), "{}", text(&output.stderr));
 }

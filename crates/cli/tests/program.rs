@@ -159,12 +159,12 @@ fn nothing_is_written_over_what_is_read() {
     let before = std::fs::read(&target).unwrap();
     for (arguments, expected) in [
         (vec!["align", &source, &target, "-o", &target], "--write-aligned"),
-        (vec!["align", &source, &target, "--write-aligned", &target], "is read as well"),
+        (vec!["align", &source, &target, "--write-aligned", &target], "is also an input"),
         (vec!["align", &source, &target, "-o", &new, "--report", &new], "two results"),
         (vec!["align", &source, &target, "--report", "no-such-folder/x.html"], "folder does not exist"),
-        (vec!["keypoints", &target, "-o", &target], "is read as well"),
-        (vec!["convert", &target, &target], "is read as well"),
-        (vec!["align", &source, &target, "--write-aligned", "moved"], "of no format"),
+        (vec!["keypoints", &target, "-o", &target], "is also an input"),
+        (vec!["convert", &target, &target], "is also an input"),
+        (vec!["align", &source, &target, "--write-aligned", "moved"], "not supported for writing"),
     ] {
         let output = congruent(&arguments);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");

@@ -133,7 +133,7 @@ fn what_cannot_be_reconstructed_is_refused() {
     let none = reconstruct(folder.path(), &out.path().join("none"), &[]);
     assert!(none.status.code() == Some(2) && message(&none).contains("needs two scans"), "{}", message(&none));
     let absent = reconstruct(&folder.path().join("absent"), &out.path().join("absent"), &[]);
-    assert!(absent.status.code() == Some(2) && message(&absent).contains("is no folder"), "{}", message(&absent));
+    assert!(absent.status.code() == Some(2) && message(&absent).contains("is not a folder"), "{}", message(&absent));
     std::fs::write(folder.path().join("a.ply"), "ply\n").unwrap();
     std::fs::write(folder.path().join("b.ply"), "").unwrap();
     let broken = reconstruct(folder.path(), &out.path().join("broken"), &[]);

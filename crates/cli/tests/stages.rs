@@ -164,15 +164,18 @@ fn wrong_inputs_are_named_and_leave_with_two() {
         ("describe source.ply -o f.npy --keypoints text.csv", "text.csv: line 2, field 3: `three`"),
         ("match good.npy no.npy", "no.npy: does not begin as a .npy file"),
         ("match good.npy alone.npy", "alone.csv: cannot be read"),
-        ("match good.npy wide.npy", "wide.npy: holds 4 numbers a row, good.npy holds 3"),
+        ("match good.npy wide.npy", "wide.npy: has 4 numbers per row, good.npy has 3"),
         ("estimate matches.csv", "--resolution 0.6u"),
         ("estimate matches.csv --source source.ply", "--target"),
         ("estimate seven.txt --resolution 1u", "seven.txt: line 1: 7 fields and no header"),
         ("estimate six.txt --resolution 1u", "six.txt: correspondence"),
-        ("estimate pairs.txt --resolution 1u", "pairs.txt: holds pairs of point positions"),
-        ("estimate pairs.txt --source source.ply --target target.ply", "pairs.txt: line 2: 99999999 is no position"),
+        ("estimate pairs.txt --resolution 1u", "pairs.txt: contains pairs of point indices"),
+        (
+            "estimate pairs.txt --source source.ply --target target.ply",
+            "pairs.txt: line 2: 99999999 is not a point index",
+        ),
         ("estimate matches.csv --resolution 1u --set estimator=one-point", "needs reference frames"),
-        ("estimate matches.csv --resolution 1u --set metric=soft-overlap", "looks at the whole scans"),
+        ("estimate matches.csv --resolution 1u --set metric=soft-overlap", "needs the whole scans"),
     ] {
         let output = folder.run(words);
         let message = String::from_utf8_lossy(&output.stderr);

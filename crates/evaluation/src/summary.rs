@@ -93,7 +93,8 @@ impl fmt::Display for Summary<'_> {
             let (good, all) = right(&possible, 2.5);
             writeln!(
                 f,
-                "{hopeless} pairs have fewer than {MIN_TRUE_MATCHES} true matches; they count above. Without them at 2.5 pr: {}",
+                "{hopeless} pairs have fewer than {MIN_TRUE_MATCHES} true matches; they are included above. Without them, \
+                 at 2.5 pr: {}",
                 share(good, all)
             )?;
         }

@@ -24,7 +24,8 @@ pub enum Length {
 /// The error for a text that is not a length.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "'{text}' is not a length: write a number above zero with its unit, \"7.5pr\" (times the cloud's resolution) or \"0.05u\" (data units)"
+    "'{text}' is not a length: write a number above zero with its unit, \"7.5pr\" (times the cloud's resolution) or \
+     \"0.05u\" (data units)"
 )]
 pub struct LengthError {
     text: String,

@@ -7,7 +7,7 @@ use serde::de::{Deserialize, Deserializer, Error};
 /// # Errors
 /// Any other number.
 pub fn share<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
-    checked(from, |v| v > 0.0 && v <= 1.0, "is not a share: write a number above 0 and at most 1")
+    checked(from, |v| v > 0.0 && v <= 1.0, "is not a fraction: write a number above 0 and at most 1")
 }
 
 /// Deserializes a number from 0 to 1.
@@ -23,7 +23,7 @@ pub fn probability<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> 
 /// # Errors
 /// Any other number.
 pub fn cosine<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
-    checked(from, |v| (-1.0..=1.0).contains(&v), "is no cosine: write a number from -1 to 1")
+    checked(from, |v| (-1.0..=1.0).contains(&v), "is not a cosine: write a number from -1 to 1")
 }
 
 /// Deserializes a finite number above 0.
@@ -39,7 +39,7 @@ pub fn positive<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
 /// # Errors
 /// Any other number.
 pub fn not_negative<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
-    checked(from, |v| v >= 0.0 && v.is_finite(), "is out of range: write 0 or a number above")
+    checked(from, |v| v >= 0.0 && v.is_finite(), "is out of range: write 0 or a positive number")
 }
 
 /// Deserializes any finite number.

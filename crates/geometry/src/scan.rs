@@ -63,7 +63,7 @@ pub enum ScanError {
         total: usize,
     },
     /// The extent of the cloud cannot be squared in `f32`.
-    #[error("the points span {extent:e} data units; rescale them into 1e-9 to 1e12")]
+    #[error("the points span {extent:e} data units; rescale them to between 1e-9 and 1e12")]
     Extent {
         /// The longest side of the bounding box.
         extent: f64,

@@ -64,7 +64,7 @@ fn check(cloud: &PointCloud, place: &str) -> Result<(), String> {
     };
     if cloud.records > 0 && !cloud.prototype.iter().any(takes_bits) {
         return Err(format!(
-            "{place}: {} points that hold nothing; the file is damaged, copy or export it again",
+            "{place}: {} points without data; the file is damaged, copy or export it again",
             cloud.records
         ));
     }

@@ -29,7 +29,7 @@ pub enum IoError {
     },
     /// No supported format begins like this file.
     #[error(
-        "{}: the content is of no supported format (extension: {extension}); convert it to {supported}",
+        "{}: the content is not in a supported format (extension: {extension}); convert it to {supported}",
         path.display()
     )]
     UnknownFormat {
@@ -59,7 +59,7 @@ pub enum IoError {
         what: String,
     },
     /// The name of a file to be written ends in no supported format.
-    #[error("{}: the extension ({extension}) is of no format that can be written; use one of {supported}", path.display())]
+    #[error("{}: the extension ({extension}) is not supported for writing; use one of {supported}", path.display())]
     UnknownExtension {
         /// The file that was to be written.
         path: PathBuf,

@@ -73,7 +73,7 @@ fn without_extended(mut file: Content) -> io::Result<Blanked> {
 fn decoded(reader: &mut las::Reader) -> Result<las::PointData, String> {
     // The reader is not used again after a panic.
     let block = catch_unwind(AssertUnwindSafe(|| reader.read_points(BLOCK)));
-    block.map_or_else(|_| Err("the compressed data make no sense".into()), |block| block.map_err(text_of))
+    block.map_or_else(|_| Err("the compressed data are invalid".into()), |block| block.map_err(text_of))
 }
 
 #[expect(clippy::needless_pass_by_value, reason = "it is handed to map_err")]
@@ -130,7 +130,10 @@ fn check_compression(header: &las::Header, file: &mut BufReader<Blanked>) -> Res
     let n_chunks = told.and_then(|at| number(at.checked_add(4)?, 4));
     match n_chunks {
         Some(n_chunks) if n_chunks <= length => Ok(()),
-        _ => Err("its table of chunks is missing or does not fit it; it is cut short, copy or export it again".into()),
+        _ => {
+            Err("the chunk table is missing or does not match the file; it is cut short, copy or export it again"
+                .into())
+        }
     }
 }
 

@@ -62,7 +62,7 @@ pub enum NpyFault {
         found: usize,
     },
     /// A descriptor cannot be compared.
-    #[error("row {row}, column {column} (counted from 0) is {value}; drop rows that hold anything but finite numbers")]
+    #[error("row {row}, column {column} (counted from 0) is {value}; remove rows with numbers that are not finite")]
     NotFinite {
         /// Counted from zero.
         row: usize,

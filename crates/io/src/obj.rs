@@ -103,7 +103,7 @@ fn position(part: &[u8], what: &str, at: usize, total: usize, so_far: usize) -> 
     let place = index.and_then(|index| if index < 0 { index.checked_add(so_far as i64) } else { index.checked_sub(1) });
     let exists = place.filter(|&place| place >= 0 && (place as u64) < total as u64);
     exists.and_then(|place| u32::try_from(place).ok()).ok_or_else(|| {
-        format!("line {at}: {what} index `{}`, valid are 1 to {total}; repair or export the file again", excerpt(part))
+        format!("line {at}: {what} index `{}`, valid: 1 to {total}; repair or export the file again", excerpt(part))
     })
 }
 

@@ -83,7 +83,7 @@ fn corners(line: &[u8], at: usize, n_vertices: usize) -> Result<Vec<u32>, String
     }
     match corners.iter().find(|&&i| i as usize >= n_vertices) {
         Some(index) => Err(format!(
-            "line {at}: vertex index {index}, valid are 0 to {n_vertices} exclusive; repair or export the file again"
+            "line {at}: vertex index {index}, valid: 0 to {n_vertices} exclusive; repair or export the file again"
         )),
         None => Ok(corners),
     }

@@ -134,7 +134,10 @@ mod tests {
         check(&folder.path().join("absent.ply"), &["cannot be read", "check the path"]);
         check(folder.path(), &["is a directory", "give the path of a file"]);
         check(&file("void.ply", b""), &["is empty", "export it again"]);
-        check(&file("scan.docx", b"PK\x03\x04"), &["no supported format", "extension: docx", "convert it to PLY, OBJ"]);
+        check(
+            &file("scan.docx", b"PK\x03\x04"),
+            &["not in a supported format", "extension: docx", "convert it to PLY, OBJ"],
+        );
         check(&file("scan", b"1 2"), &["extension: none", "PLY"]);
         check(&file("short.ply", b"pl"), &["extension: ply"]);
         check(&file("plywood.txt", b"plywood\n"), &["extension: txt"]);

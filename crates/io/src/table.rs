@@ -12,7 +12,7 @@ use std::path::Path;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TableFault {
     /// The bytes are no text.
-    #[error("line {line}: is no UTF-8 text; export the table as plain CSV")]
+    #[error("line {line}: is not UTF-8 text; export the table as plain CSV")]
     NotText {
         /// Where.
         line: usize,
@@ -28,7 +28,7 @@ pub enum TableFault {
         token: String,
     },
     /// Fields are missing, or too many.
-    #[error("line {line}: holds {found} fields, the lines before hold {expected}; correct the line or remove it")]
+    #[error("line {line}: has {found} fields, the lines before have {expected}; correct the line or remove it")]
     Width {
         /// Where.
         line: usize,
@@ -60,7 +60,7 @@ pub enum TableFault {
         expected: &'static str,
     },
     /// A field should be the position of a point.
-    #[error("line {line}: {value} is no position of a point; the {scan} scan's points are numbered 0 to {last}")]
+    #[error("line {line}: {value} is not a point index; the {scan} scan's points are numbered 0 to {last}")]
     Index {
         /// Where.
         line: usize,
@@ -82,7 +82,7 @@ pub enum TableFault {
         scan: &'static str,
     },
     /// Pairs of positions mean nothing without the scans.
-    #[error("holds pairs of point positions; name the scans they are of with --source and --target")]
+    #[error("contains pairs of point indices; give their scans with --source and --target")]
     NoScans,
 }
 
@@ -230,13 +230,13 @@ mod tests {
     #[test]
     fn faults_name_their_line_and_value() {
         for (text, expected) in [
-            (&b"1,2\n3,4,5\n"[..], "line 2: holds 3 fields, the lines before hold 2"),
-            (b"x,y\n\n1\n", "line 3: holds 1 fields"),
+            (&b"1,2\n3,4,5\n"[..], "line 2: has 3 fields, the lines before have 2"),
+            (b"x,y\n\n1\n", "line 3: has 1 fields"),
             (b"1,2\n3,four\n", "line 2, field 2: `four` is not a finite number"),
             (b"1,2\n3,nan\n", "line 2, field 2: `nan`"),
             (b"1,,2\n", "line 1, field 2: ``"),
             (b"1,2\nx,y\n", "line 2, field 1: `x`"),
-            (b"1,2\n3,\xff\n", "line 2: is no UTF-8 text"),
+            (b"1,2\n3,\xff\n", "line 2: is not UTF-8 text"),
         ] {
             let message = Table::parse(text).unwrap_err().to_string();
             assert!(message.starts_with(expected), "{message}");

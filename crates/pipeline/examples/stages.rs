@@ -68,7 +68,7 @@ fn arguments() -> Result<Arguments, Box<dyn Error>> {
             "--scan" => arguments.scan = Some(value.into()),
             "--only" => arguments.only = Some(value),
             "--rounds" => arguments.rounds = value.parse()?,
-            _ => return Err(format!("{option} is no option; there are --scan, --only and --rounds").into()),
+            _ => return Err(format!("{option} is not an option; there are --scan, --only and --rounds").into()),
         }
     }
     Ok(arguments)

@@ -92,7 +92,8 @@ impl PipelineConfig {
     pub fn contradiction(&self) -> Option<&'static str> {
         match (&self.verdict, &self.ranking) {
             (VerdictConfig::Dense(_), RankingConfig::None {}) => Some(
-                "[verdict.dense] judges what [ranking.dense] measures, and there is [ranking.none]; choose verdict=a-contrario, or ranking=dense",
+                "[verdict.dense] judges what [ranking.dense] measures, but [ranking.none] is configured; choose \
+                 verdict=a-contrario, or ranking=dense",
             ),
             _ => None,
         }

@@ -7,7 +7,7 @@ use crate::Pair;
 #[non_exhaustive]
 pub enum Failure {
     /// Sampling left too few points of a scan.
-    #[error("sampling left {left} of the {of} points of a scan, too few to go by; choose smaller cells in [sampling]")]
+    #[error("sampling left {left} of the {of} points of a scan, which is too few; choose smaller cells in [sampling]")]
     FewPoints {
         /// Number of points left.
         left: usize,
@@ -17,7 +17,8 @@ pub enum Failure {
     /// Too few points or keypoints are left of the smaller scan, and the extents differ so much that the units probably
     /// do, too.
     #[error(
-        "the source spans {:.4e} data units and the target {:.4e}: are both in one unit (metres, millimetres)? If so, cut the larger one down to the size of the other; if not, rescale one of them",
+        "the source spans {:.4e} data units and the target {:.4e}: are both in one unit (metres, millimetres)? If so, cut \
+         the larger one down to the size of the other; if not, rescale one of them",
         .extents.source, .extents.target
     )]
     OtherUnits {
@@ -26,7 +27,8 @@ pub enum Failure {
     },
     /// A scan has fewer than three described keypoints.
     #[error(
-        "{} keypoints were found and described on the source and {} on the target, at least 3 are needed on both; use a denser detector such as [detector.uniform], or larger scans",
+        "{} keypoints were found and described on the source and {} on the target, but at least 3 are needed on both; use \
+         a denser detector such as [detector.uniform], or larger scans",
         .found.source, .found.target
     )]
     FewKeypoints {
@@ -35,7 +37,8 @@ pub enum Failure {
     },
     /// There are too few matches to determine a pose.
     #[error(
-        "matching kept {kept} correspondences, at least 3 are needed; let [matcher] keep more, or take scans that share more"
+        "matching kept {kept} correspondences, but at least 3 are needed; let [matcher] keep more, or use scans that \
+         overlap more"
     )]
     FewMatches {
         /// Number of correspondences kept.
@@ -43,17 +46,21 @@ pub enum Failure {
     },
     /// Every sample was degenerate; inside [`Failure::OutOfBounds`] also: no pose proposed is within the bounds.
     #[error(
-        "no three correspondences span a triangle in both scans: the matches are too few or lie on a line; more overlap or another detector may help"
+        "no three correspondences span a triangle in both scans: the matches are too few or lie on a line; more overlap \
+         or another detector may help"
     )]
     NoHypothesis,
     /// The full scans fit better in another pose than in the one found on a coarse sample.
     #[error(
-        "a pose found on a coarse sample is contradicted by the full scans, which fit better in another pose; more overlap or a rough pose to start from may help"
+        "a pose found on a coarse sample is contradicted by the full scans, which fit better in another pose; more \
+         overlap or a rough pose to start from may help"
     )]
     Contradicted,
     /// The pose fits a coarse sample of the scans but not the full scans.
     #[error(
-        "coarse samples of the scans fit, but the full scans lie {times:.1} times as far apart as the surfaces are rough: the shapes are alike, not the same; if they should be the same, check whether one scan is mirrored (two axes swapped, or one reversed)"
+        "coarse samples of the scans fit, but the distance between the full scans is {times:.1} times the roughness of \
+         the surfaces: the shapes are similar, not the same; if they should be the same, check whether one scan is \
+         mirrored (two axes swapped, or one reversed)"
     )]
     OnlyAlike {
         /// Mean distance of touching points, divided by the mean roughness of the surfaces.
@@ -61,7 +68,8 @@ pub enum Failure {
     },
     /// The best pose has no more inliers than chance explains.
     #[error(
-        "the best pose has {inliers} inliers of {matches} correspondences, no more than chance explains ({expected:.1} expected, {log10_false_alarms:+.1} powers of ten false alarms); more overlap, more iterations or another preset may help"
+        "the best pose has {inliers} inliers of {matches} correspondences, no more than chance explains ({expected:.1} \
+         expected, 10^{log10_false_alarms:.1} false alarms); more overlap, more iterations or another preset may help"
     )]
     NotSignificant {
         /// Number of inliers of the best pose.
@@ -75,7 +83,8 @@ pub enum Failure {
     },
     /// No pose that the prior admits is accepted.
     #[error(
-        "no pose within the bounds is to be believed, and none beyond them was looked for: {within}; wider bounds, or none, may help"
+        "no pose within the bounds is trustworthy, and none outside them was searched for: {within}; wider bounds, or \
+         none, may help"
     )]
     OutOfBounds {
         /// What is wrong with the best pose within the bounds.
@@ -83,7 +92,9 @@ pub enum Failure {
     },
     /// The surfaces do not fit each other well enough.
     #[error(
-        "the best pose found has a confidence of {:.0} %; {:.0} % is needed: the scans overlap by {:.0} %, {residual:.2} pr apart where they do, {:.1} % of the points contradict, {inliers} correspondences agree; more overlap, a viewpoint or a rough pose to start from may help",
+        "the best pose found has a confidence of {:.0} %, but {:.0} % is needed: the scans overlap by {:.0} %, \
+         {residual:.2} pr apart where they do, {:.1} % of the points contradict the pose, {inliers} correspondences agree; \
+         more overlap, a viewpoint or a rough pose to start from may help",
         100.0 * .confidence, 100.0 * .needed, 100.0 * .overlap, 100.0 * .contradictions
     )]
     PoorFit {
@@ -102,7 +113,9 @@ pub enum Failure {
     },
     /// The touching surfaces are mostly planes, which fit each other in many poses.
     #[error(
-        "where the surfaces touch, {:.0} % of them face only three directions, as walls and boxes do, and fit in many poses; the correspondences exclude chance by {powers:.1} powers of ten, {needed} are needed; more overlap, a viewpoint or a rough pose to start from may help",
+        "where the surfaces touch, {:.0} % of them face only three directions, as walls and boxes do, and fit in many \
+         poses; the correspondences exclude chance by {powers:.1} powers of ten, but {needed} are needed; more overlap, a \
+         viewpoint or a rough pose to start from may help",
         100.0 * .flatness
     )]
     OnlyPlanes {
@@ -115,7 +128,8 @@ pub enum Failure {
     },
     /// The pose can be changed without separating the surfaces.
     #[error(
-        "the geometry leaves {n_free} of 6 directions open: the surfaces slide on each other, as planes, spheres or cylinders do (stiffness {stiffness:.4}, {needed} is needed); scans that show more of the shape are needed"
+        "the geometry does not constrain {n_free} of 6 directions: the surfaces can slide along each other, as planes, \
+         spheres or cylinders do (stiffness {stiffness:.4}, but {needed} is needed); use scans that show more of the shape"
     )]
     Sliding {
         /// Number of directions that the surfaces do not hold.

@@ -178,7 +178,8 @@ impl Registration {
             Verdict::Ambiguous => {
                 let others = self.alternatives.len();
                 Some(format!(
-                    "{others} substantially different poses fit nearly as well: the scene is symmetric or repeats itself; an initial guess or more overlap would tell them apart"
+                    "{others} substantially different poses fit nearly as well: the scene is symmetric or repeats itself; \
+                     an initial pose or more overlap would tell them apart"
                 ))
             }
             Verdict::Failed(failure) => Some(failure.to_string()),

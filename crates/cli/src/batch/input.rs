@@ -69,21 +69,21 @@ impl Input {
         } else if !is_folder && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
             of_dataset(path, data, choice)?
         } else if data.is_some() {
-            bail!("{}: --data is for a {DATASET}, and there is none; leave it out", path.display());
+            bail!("{}: --data is for a {DATASET}, but there is none; omit --data", path.display());
         } else if is_folder {
             let table = path.join(TABLE);
             if choice.is_none() && table.is_file() { of_table(&table)? } else { of_folder(path, choice)? }
         } else if choice.is_some() {
-            bail!("{}: a table says its pairs itself; leave out --pairs and --sequential", path.display());
+            bail!("{}: a table lists its own pairs; omit --pairs and --sequential", path.display());
         } else {
             of_table(path)?
         };
         match &input.wanted {
-            Wanted::Listed(jobs) if jobs.is_empty() => bail!("{}: lists no pairs; add a line for one", path.display()),
+            Wanted::Listed(jobs) if jobs.is_empty() => bail!("{}: lists no pairs; add at least one", path.display()),
             Wanted::All | Wanted::Sequential | Wanted::Auto if input.scans.len() < 2 => bail!(
-                "{}: a pair needs two scans, and {} there with a name in .{}; other names can be listed in a table",
+                "{}: a pair needs two scans, but {} there with extension .{}; a table can list other files",
                 path.display(),
-                if input.scans.is_empty() { "none is" } else { "one is" },
+                if input.scans.is_empty() { "none is" } else { "only one is" },
                 SCANS.join(" .")
             ),
             _ => Ok(input),
@@ -107,7 +107,7 @@ fn of_folder(folder: &Path, choice: Option<PairChoice>) -> Result<Input> {
             continue;
         }
         if path.is_dir() {
-            remarks.push(format!("{}: is a directory and not taken for a scan", path.display()));
+            remarks.push(format!("{}: is a directory, not a scan; ignored", path.display()));
         } else {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             scans.push(ScanFile { name, path });
@@ -152,7 +152,7 @@ fn of_dataset(path: &Path, data: Option<&Path>, choice: Option<PairChoice>) -> R
         in_order(&mut scans);
         wanted = choice.into();
     }
-    let broken = dataset.broken.iter().map(|error| format!("{error}; the pair is left out"));
+    let broken = dataset.broken.iter().map(|error| format!("{error}; the pair is skipped"));
     let remarks = dataset.warnings.iter().cloned().chain(broken).collect();
     Ok(Input { folder: folder_of(path), scans, reading: Reading::default(), wanted, remarks })
 }
@@ -199,11 +199,11 @@ mod tests {
     fn too_few_scans_and_no_pairs_are_said_with_a_way_out() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        check(folder.path(), None, "none is there with a name in .ply .pcd");
+        check(folder.path(), None, "none is there with extension .ply .pcd");
         std::fs::create_dir(at("x.ply")).unwrap();
         std::fs::write(at("a.PLY"), "").unwrap();
         std::fs::write(at("notes.txt"), "").unwrap();
-        check(folder.path(), Some(PairChoice::Auto), "one is there");
+        check(folder.path(), Some(PairChoice::Auto), "only one is there");
         std::fs::write(at("b.laz"), "").unwrap();
         let input = Input::find(folder.path(), None, None).unwrap();
         let names: Vec<&str> = input.scans.iter().map(|scan| scan.name.as_str()).collect();
@@ -211,7 +211,7 @@ mod tests {
         assert!(input.remarks.len() == 1 && input.remarks[0].contains("x.ply: is a directory"), "{:?}", input.remarks);
         std::fs::write(at("pairs.csv"), "source,target\n").unwrap();
         check(folder.path(), None, "lists no pairs");
-        check(&at("pairs.csv"), Some(PairChoice::All), "leave out --pairs");
+        check(&at("pairs.csv"), Some(PairChoice::All), "omit --pairs");
         check(&at("absent"), None, "cannot be read as a folder or a table of pairs");
     }
 

@@ -16,7 +16,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<ExitCode> {
     let (mut rows, mut ids) = (Vec::new(), HashSet::new());
     for part in &args.parts {
         if let Some(difference) = first.difference(&Run::read(part)?) {
-            bail!("{}: is not of the same run as {}: {difference}", part.display(), args.parts[0].display());
+            bail!("{}: is not part of the same run as {}: {difference}", part.display(), args.parts[0].display());
         }
         for row in read_rows::<Row>(&part.join(ROWS))? {
             if !ids.insert(row.id.clone()) {
@@ -27,11 +27,11 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<ExitCode> {
     }
     if ids.len() < first.pairs {
         let (there, all) = (ids.len(), first.pairs);
-        bail!("{there} of {all} pairs are there; name the other shards too, or finish them with --resume");
+        bail!("only {there} of {all} pairs are present; name the other shards too, or finish them with --resume");
     }
     let folder = &args.output;
     if folder.join(ROWS).exists() {
-        bail!("{}: there are results already; take another folder", folder.display());
+        bail!("{}: already contains results; choose another folder", folder.display());
     }
     let settings = args.parts[0].join(CONFIGURATION);
     let text = std::fs::read(&settings).with_context(|| format!("{}: cannot be read", settings.display()))?;

@@ -71,7 +71,7 @@ pub(crate) fn run_then(args: &BatchArgs, then: &dyn Fn(&Ended<'_>) -> Result<Exi
     let found = Input::find(&args.input, args.wanted(), args.data.as_deref())?;
     let input = Input { reading: Reading::new(args.reading), ..found };
     if args.neighbors.is_some() && !matches!(input.wanted, Wanted::Auto) {
-        bail!("--neighbors is for --pairs auto; say that too, or leave it out");
+        bail!("--neighbors needs --pairs auto; add that, or omit --neighbors");
     }
     input.remarks.iter().for_each(|remark| output::remark(&format!("warning: {remark}")));
     let config = layers::resolve(&Sources::of_run(&args.run, Some(&input.folder)))?.config;
@@ -118,7 +118,7 @@ fn batch(
 }
 
 fn stopped() -> ExitCode {
-    output::remark("stopped; the same command with --resume goes on where this one ended");
+    output::remark("stopped; to continue, run the same command with --resume");
     ExitCode::from(INTERRUPTED)
 }
 
@@ -151,7 +151,7 @@ fn on_interrupt() -> Result<Arc<AtomicBool>> {
         if flag.swap(true, Ordering::Relaxed) {
             std::process::exit(i32::from(INTERRUPTED));
         }
-        output::remark("stopping when the running pairs have ended; Ctrl-C again stops at once");
+        output::remark("stopping after the running pairs; press Ctrl-C again to stop at once");
     })?;
     Ok(interrupted)
 }

@@ -112,7 +112,7 @@ fn reaching_all(
 pub(super) fn sorted(mut jobs: Vec<Job>) -> Result<Vec<Job>> {
     jobs.sort_by(|a, b| a.id.cmp(&b.id));
     if let Some(two) = jobs.windows(2).find(|two| two[0].id == two[1].id) {
-        bail!("two pairs have the id `{}`; give each an id of its own in the column id", two[0].id);
+        bail!("two pairs have the id `{}`; give each its own id in the column id", two[0].id);
     }
     Ok(jobs)
 }

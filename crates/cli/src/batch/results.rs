@@ -66,7 +66,8 @@ impl Run {
     pub(super) fn read(folder: &Path) -> Result<Run> {
         let path = folder.join(RUN);
         let text = std::fs::read_to_string(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
-        serde_json::from_str(&text).with_context(|| format!("{}: is not of a batch of this version", path.display()))
+        serde_json::from_str(&text)
+            .with_context(|| format!("{}: was not written by a batch of this version", path.display()))
     }
 
     pub(super) fn lengths(&self) -> &[f64] {
@@ -87,21 +88,22 @@ impl Run {
     pub(super) fn difference(&self, other: &Run) -> Option<String> {
         if self.configuration != other.configuration {
             Some(format!(
-                "its configuration is {}, not {}; take the settings from the {CONFIGURATION} there with -c, or another folder",
+                "its configuration is {}, not {}; use its {CONFIGURATION} with -c, or choose another folder",
                 other.configuration, self.configuration
             ))
         } else if self.version != other.version {
-            Some(format!("it was made by version {}, not {}; take another folder", other.version, self.version))
+            Some(format!("it was written by version {}, not {}; choose another folder", other.version, self.version))
         } else if self.pair_list != other.pair_list || self.pairs != other.pairs {
-            Some("it has other pairs; take the same input and choice of pairs, or another folder".to_owned())
+            Some("it has other pairs; use the same input and choice of pairs, or choose another folder".to_owned())
         } else if let Some((name, _)) =
             self.scans.iter().find(|(name, now)| other.scans.get(*name).is_some_and(|then| then != *now))
         {
             Some(format!(
-                "the scan {name} has changed since, or was read with another --thin; read it in the same way, or take another folder"
+                "the scan {name} has changed since, or was read with another --thin; use the same --thin, or choose \
+                 another folder"
             ))
         } else if self.lengths != other.lengths {
-            Some("it has other scans, which have other lengths together; take another folder".to_owned())
+            Some("it has other scans, and so other common lengths; choose another folder".to_owned())
         } else {
             None
         }
@@ -121,7 +123,7 @@ impl Results {
         let rows = folder.join(ROWS);
         let earlier: Vec<Row> = if rows.exists() {
             if !resume {
-                bail!("{}: there are results already; go on with --resume, or take another folder", rows.display());
+                bail!("{}: already exists; continue with --resume, or choose another folder", rows.display());
             }
             let before = Run::read(folder)?;
             if let Some(difference) = run.difference(&before) {
@@ -129,7 +131,10 @@ impl Results {
             }
             if run.shard != before.shard {
                 let [part, of] = before.shard;
-                bail!("{}: cannot be resumed: it holds shard {part}/{of}; say --shard {part}/{of}", folder.display());
+                bail!(
+                    "{}: cannot be resumed: it contains shard {part}/{of}; use --shard {part}/{of}",
+                    folder.display()
+                );
             }
             let mut rows: Vec<Row> = read_rows(&rows)?;
             rows.retain(|row| row.status == Status::Done);
@@ -140,7 +145,7 @@ impl Results {
             write_file(&folder.join(CONFIGURATION), text.as_bytes())?;
             Vec::new()
         };
-        let log = Mutex::new(Journal::begin(&rows, &earlier, "go on with --resume")?);
+        let log = Mutex::new(Journal::begin(&rows, &earlier, "continue with --resume")?);
         Ok(Results { earlier: earlier.into_iter().map(|row| row.id).collect(), log })
     }
 
@@ -194,7 +199,7 @@ impl Summary {
 
     pub(super) fn text(&self, folder: &Path) -> String {
         let counted = self.verdicts.iter().map(|(verdict, n)| format!("{n} {verdict}"));
-        let errors = (self.errors > 0).then(|| format!("{} without a verdict (status says why)", self.errors));
+        let errors = (self.errors > 0).then(|| format!("{} without a verdict (see status)", self.errors));
         let parts: Vec<String> = counted.chain(errors).collect();
         format!("{} pairs: {}; wrote {}", self.rows, parts.join(", "), folder.join(TABLE).display())
     }
@@ -248,10 +253,10 @@ mod tests {
         for (other, resume, expected) in [
             (run(), false, "--resume"),
             (Run { configuration: "ab".to_owned(), ..run() }, true, "with -c"),
-            (Run { lengths: vec![0.3], ..run() }, true, "other lengths"),
+            (Run { lengths: vec![0.3], ..run() }, true, "other common lengths"),
             (Run { scans: BTreeMap::from([("a.ply".to_owned(), "2".to_owned())]), ..run() }, true, "a.ply has changed"),
             (Run { pair_list: "bc".to_owned(), ..run() }, true, "other pairs"),
-            (Run { shard: [2, 3], ..run() }, true, "say --shard 1/1"),
+            (Run { shard: [2, 3], ..run() }, true, "use --shard 1/1"),
         ] {
             let message = open(other, resume).unwrap_err().to_string();
             assert!(message.contains(expected), "{message}");

@@ -50,7 +50,7 @@ pub(super) fn read(path: &Path) -> Result<(Vec<Line>, Vec<String>)> {
     let lines = lines.map_err(|error| anyhow!("{}: {error}", path.display()))?;
     let (n_skewed, bound): (usize, f64) = (lines.iter().map(|line| line.n_skewed).sum(), Motion::WARN_ABOVE);
     let remark = format!(
-        "{}: {n_skewed} poses are more than {bound} away from a rigid motion; the nearest rigid one is used",
+        "{}: {n_skewed} poses are more than {bound} away from a rigid motion; the nearest rigid motion is used",
         path.display()
     );
     Ok((lines, Vec::from_iter((n_skewed > 0).then_some(remark))))
@@ -78,7 +78,7 @@ fn csv(text: &str) -> Result<Columns> {
     let row = |(number, line): (usize, &str)| {
         let fields = csv_fields(line);
         if fields.len() != names.len() {
-            bail!("line {number}: holds {} fields, the header names {}", fields.len(), names.len());
+            bail!("line {number}: has {} fields, but the header has {}", fields.len(), names.len());
         }
         Ok((number, fields))
     };
@@ -159,7 +159,7 @@ impl Written {
     fn checked(self, number: usize) -> Result<Line> {
         let Written { id, source, target, truth, guess } = self;
         if source.is_empty() || target.is_empty() || id.as_ref().is_some_and(String::is_empty) {
-            bail!("line {number}: source, target and id may not be empty");
+            bail!("line {number}: source, target and id must not be empty");
         }
         let n_skewed = [truth, guess].into_iter().flatten().filter(Motion::is_skewed).count();
         Ok(Line { id, source, target, truth: truth.map(|t| t.pose), guess: guess.map(|g| g.pose), n_skewed })
@@ -224,7 +224,7 @@ mod tests {
     fn faults_have_their_line() {
         for (name, text, expected) in [
             ("t.csv", "source,traget\n", "no column `target`"),
-            ("t.csv", "source,target\na\n", "line 2: holds 1 fields"),
+            ("t.csv", "source,target\na\n", "line 2: has 1 fields"),
             ("t.csv", "source,target\na,\n", "line 2: source, target"),
             ("t.csv", "", "is empty"),
             ("t.csv", &IDENTITY.replace("1,0,0,5", "2,0,0,5"), "line 2: the true pose"),

@@ -131,7 +131,7 @@ fn outcome<T>(time_limit: Option<Duration>, work: impl FnOnce() -> Result<T, Str
         Ok(result) => result.map_err(|error| failed(Status::Error, error)),
         Err(payload) if payload.is::<TimedOut>() => {
             let limit = time_limit.unwrap_or_default().as_secs_f64();
-            Err(failed(Status::TimedOut, format!("not done after {limit} s; raise --time-limit")))
+            Err(failed(Status::TimedOut, format!("not finished after {limit} s; raise --time-limit")))
         }
         Err(payload) => Err(failed(Status::Error, internal(payload.as_ref()))),
     }
@@ -204,7 +204,7 @@ mod tests {
         let fallen = "internal error: the sky fell on heads".to_owned();
         assert_eq!(row(|| panic!("the sky fell on {}", "heads")), (Status::Error, fallen.clone()));
         assert_eq!(row(|| Err("no points".to_owned())), (Status::Error, "no points".to_owned()));
-        let late = "not done after 90 s; raise --time-limit".to_owned();
+        let late = "not finished after 90 s; raise --time-limit".to_owned();
         assert_eq!(row(|| resume_unwind(Box::new(TimedOut))), (Status::TimedOut, late));
         assert_eq!(outcome(None, || Ok(3)), Ok(3));
         assert_eq!(guarded::<()>(|| panic!("the sky fell on {}", "heads")), Err(fallen));

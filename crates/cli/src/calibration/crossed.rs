@@ -65,7 +65,7 @@ fn scene(source: &Path, target: &Path) -> Result<Scene> {
 fn resolution_of(raw: &RawScan, path: &Path) -> Result<f64> {
     let scan = Scan::new(raw).with_context(|| path.display().to_string())?;
     let measured = resolution_sampled(scan.points(), MEASURED_AT);
-    Ok(measured.with_context(|| format!("{}: all points are the same", path.display()))?.mean)
+    Ok(measured.with_context(|| format!("{}: all points coincide", path.display()))?.mean)
 }
 
 fn scans_of(dataset: &Dataset) -> Vec<&Path> {

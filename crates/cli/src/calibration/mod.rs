@@ -53,7 +53,7 @@ struct Scene {
 pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode> {
     let config = configuration::resolve(&args.run)?;
     let VerdictConfig::Dense(verdict) = &config.verdict else {
-        bail!("only [verdict.dense] has a confidence to calibrate; choose a configuration with it");
+        bail!("only the confidence of [verdict.dense] can be calibrated; choose a configuration with it");
     };
     let mut datasets: Vec<Dataset> = Vec::new();
     for path in &args.datasets {
@@ -98,7 +98,7 @@ fn register_all(trials: &[Trial<'_>], config: &PipelineConfig, rows: &mut Rows) 
             Ok(row) => rows.add(row)?,
             Err(error) => {
                 errors += 1;
-                output::remark(&format!("{}: left out: {error:#}", trial.id));
+                output::remark(&format!("{}: skipped: {error:#}", trial.id));
             }
         }
     }
@@ -132,7 +132,9 @@ fn calibration_file(validation: &Validation<'_>) -> Result<String> {
     let n_rows = validation.learnt_from();
     let (right_said, said, right) = validation.believed();
     Ok(format!(
-        "# Logistic model of a right answer, made by `congruent calibrate` from {n_rows} pairs.\n# Cross-validated: AUC {:.4}; {right_said} of {said} said ok are right, {right_said} of {right} right ones are said ok.\n{}",
+        "# Logistic model of a right answer, made by `congruent calibrate` from {n_rows} pairs.\n\
+         # Cross-validated: AUC {:.4}; {right_said} of {said} answers called ok are right, {right_said} of {right} right ones \
+         are called ok.\n{}",
         validation.auc(),
         toml::to_string(&validation.calibration)?
     ))

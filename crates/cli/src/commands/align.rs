@@ -71,7 +71,7 @@ impl ResultArgs {
     /// Refuses output files that cannot be written as requested.
     pub(super) fn check(&self, files: Pair<&Path>) -> Result<()> {
         if let Some(path) = self.output.as_deref().filter(|path| check_scan_name(path).is_ok_and(|()| !is_pose(path))) {
-            bail!("{}: -o writes the answer, not a scan; the moved source goes to --write-aligned", path.display());
+            bail!("{}: -o writes the result, not a scan; use --write-aligned for the moved source", path.display());
         }
         self.write_aligned.as_deref().map_or(Ok(()), check_scan_name)?;
         let wanted: Vec<&Path> =
@@ -158,7 +158,8 @@ pub(super) fn align(
         && config.normals.orientation != (Orientation::Estimated {})
     {
         bail!(
-            "the configured orientation of the normals takes no account of a viewpoint; add --set normals.orientation=estimated, or leave the viewpoint out"
+            "the configured orientation of the normals ignores the viewpoint; add --set normals.orientation=estimated, \
+             or omit the viewpoint"
         );
     }
     let start = Instant::now();
@@ -188,7 +189,7 @@ fn write_result(path: &Path, aligned: &Aligned) -> Result<()> {
         Some(pose) if wants_matrix => {
             write_pose(path, pose)?;
             if aligned.registration.verdict != Verdict::Ok {
-                output::remark(&format!("{}: holds the best guess, which is not to be believed", path.display()));
+                output::remark(&format!("{}: contains the best guess, which is not trustworthy", path.display()));
             }
         }
         None if wants_matrix => output::remark(&format!("{}: not written, because there is no pose", path.display())),

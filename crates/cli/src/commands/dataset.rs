@@ -33,7 +33,7 @@ pub(super) fn names_of(selected: &[Selected]) -> String {
 /// Refuses a data set with the name of another one, because rows are identified by these names.
 pub(crate) fn named_once<'a>(path: &Path, name: &String, others: impl IntoIterator<Item = &'a String>) -> Result<()> {
     if others.into_iter().any(|other| other == name) {
-        bail!("{}: another data set is called `{name}`, too; change the name in dataset.toml", path.display());
+        bail!("{}: another data set is also called `{name}`; change the name in dataset.toml", path.display());
     }
     Ok(())
 }
@@ -42,7 +42,7 @@ pub(crate) fn named_once<'a>(path: &Path, name: &String, others: impl IntoIterat
 pub(super) fn select(args: &DatasetArgs) -> Result<Vec<Selected>> {
     if !args.data.is_empty() && args.data.len() != args.datasets.len() {
         let (places, sets) = (args.data.len(), args.datasets.len());
-        bail!("--data was given {places} times for {sets} data sets; give it once for each of them, in their order");
+        bail!("--data was given {places} times for {sets} data sets; give it once per data set, in the same order");
     }
     let mut selected: Vec<Selected> = Vec::new();
     for (number, path) in args.datasets.iter().enumerate() {
@@ -54,7 +54,7 @@ pub(super) fn select(args: &DatasetArgs) -> Result<Vec<Selected>> {
         let way_out = match (args.pairs, args.min_overlap) {
             (Some(0), _) => "ask for more than 0 with --pairs",
             (_, Some(least)) if least > 0.0 => "lower --min-overlap",
-            _ => "list some, or lower its min-overlap with --min-overlap",
+            _ => "list some pairs, or lower the minimum overlap with --min-overlap",
         };
         bail!("{}: no pair is left; {way_out}", args.datasets[0].display());
     }
@@ -71,7 +71,7 @@ fn select_one(path: &Path, data: Option<&Path>, args: &DatasetArgs) -> Result<Se
 pub(crate) fn listed_pairs(path: &Path, data: Option<&Path>, min_overlap: Option<f64>) -> Result<Dataset> {
     let mut dataset = read_dataset(path, data)?;
     dataset.warnings.iter().for_each(|warning| output::remark(&format!("warning: {warning}")));
-    dataset.broken.iter().for_each(|error| output::complain(&format!("{error}; the pair is left out")));
+    dataset.broken.iter().for_each(|error| output::complain(&format!("{error}; the pair is skipped")));
     let min_overlap = min_overlap.unwrap_or(dataset.min_overlap);
     if min_overlap > 0.0 {
         measure_overlaps(&mut dataset.pairs);

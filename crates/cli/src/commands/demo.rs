@@ -36,7 +36,8 @@ pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
     write_ply(&target, &pair.target.points, None, &[])?;
     write_pose(&directory.join("truth.txt"), &pair.target_from_source)?;
     output::remark(&format!(
-        "A virtual scanner looked at a figurine from two sides, {VIEW_ANGLE} degrees apart; {:.0} % of the first scan is in the second.",
+        "A virtual scanner scanned a figurine from two sides, {VIEW_ANGLE} degrees apart; {:.0} % of the first scan is in \
+         the second.",
         100.0 * pair.overlap
     ));
 
@@ -82,7 +83,8 @@ fn say_what_next(directory: &Path, aligned: bool) {
         String::new()
     };
     output::remark(&format!(
-        "Wrote {}, {}, {}, {}{moved}, {} (open it in a browser).\nNext, your own scans: congruent align SOURCE.ply TARGET.ply --write-aligned aligned.ply",
+        "Wrote {}, {}, {}, {}{moved}, {} (open it in a browser).\n\
+         Next, your own scans: congruent align SOURCE.ply TARGET.ply --write-aligned aligned.ply",
         at("source.ply"),
         at("target.ply"),
         at("truth.txt"),

@@ -57,7 +57,7 @@ pub(super) fn run(args: &EstimateArgs) -> Result<ExitCode> {
     let pairs = read_matches(&args.matches, raw)?;
     let named = || args.matches.display().to_string();
     if pairs.len() > MOST_MATCHES {
-        bail!("{}: holds {} correspondences; keep the best {MOST_MATCHES}", named(), pairs.len());
+        bail!("{}: has {} correspondences; keep only the best {MOST_MATCHES}", named(), pairs.len());
     }
     let input = match &scans {
         Some(scans) => Input::on_scans(&pairs, scans, &config, args),
@@ -101,16 +101,17 @@ impl Input {
     /// Takes correspondences without scans: only the matched points are known.
     fn alone(pairs: &[[Place; 2]], config: &PipelineConfig, resolution: Option<f64>) -> Result<Input> {
         let Some(resolution) = resolution else {
-            bail!("what pr means is unknown; say --resolution 0.6u, or name the scans with --source and --target");
+            bail!("the length of pr is unknown; give it (--resolution 0.6u), or the scans (--source and --target)");
         };
         if config.estimator.needs_frames() {
             bail!(
-                "the configured estimator needs reference frames; name the scans with --source and --target, or --set estimator=ransac"
+                "the configured estimator needs reference frames; give the scans with --source and --target, or \
+                 --set estimator=ransac"
             );
         }
         if config.metric.needs_clouds() {
             bail!(
-                "the configured metric looks at the whole scans; name them with --source and --target, or --set metric=mse"
+                "the configured metric needs the whole scans; give them with --source and --target, or --set metric=mse"
             );
         }
         let origins = Pair { source: middle(pairs, 0), target: middle(pairs, 1) };
@@ -184,7 +185,8 @@ fn centred_pairs(pairs: &[[Place; 2]], origins: &Pair<Vector3<f64>>) -> Result<V
     let both = |[p, q]: &[Place; 2]| Some((centred(&p.at, &origins.source)?, centred(&q.at, &origins.target)?));
     let too_far = |(i, [p, q]): (usize, &[Place; 2])| {
         anyhow!(
-            "correspondence {} (counted from 1), {:?} to {:?}, is too far from the others or from the scan; correct or remove it",
+            "correspondence {} (counted from 1), {:?} to {:?}, is too far from the others or from the scan; correct or \
+             remove it",
             i + 1,
             p.at,
             q.at

@@ -31,7 +31,7 @@ pub(super) fn run(args: &EvaluateArgs) -> Result<ExitCode> {
     match (&args.show, &args.output) {
         (Some(pair), _) => show::run(args, pair),
         (None, Some(directory)) => run_into(args, directory),
-        (None, None) => bail!("name a directory for the results with -o, or a pair with --show"),
+        (None, None) => bail!("give a directory for the results with -o, or a pair with --show"),
     }
 }
 
@@ -114,7 +114,7 @@ fn evaluate(trial: Trial<'_>, configuration: &str, selected: &[Selected], rows: 
     }
     drop(bar);
     if skipped > 0 {
-        output::remark(&format!("{skipped} pairs were already there"));
+        output::remark(&format!("{skipped} pairs had already been evaluated"));
     }
     Ok(())
 }
@@ -131,7 +131,7 @@ fn judged(dataset: &str, pair: &TruePair, Trial { config, spoil }: Trial<'_>) ->
     let overlap = pair.overlap.unwrap_or_else(|| truth.overlap());
     let scans = match spoilt(loaded, spoil, truth.resolution(), config.seed) {
         Ok(scans) => scans,
-        Err(error) => return row(overlap).with_error(format!("spoilt, {error:#}")),
+        Err(error) => return row(overlap).with_error(format!("after --spoil: {error:#}")),
     };
     let truth = if spoil.is_empty() { truth } else { truth.recentred(scans.as_ref().map(|scan| *scan.origin())) };
     let start = Instant::now();

@@ -64,7 +64,7 @@ fn plans(wanted: &str) -> Result<Vec<(String, Plan)>> {
         let path = Path::new(wanted);
         let names = PLANS.map(|p| p.0).join(", ");
         let text = std::fs::read_to_string(path).map_err(|error| {
-            anyhow!("{wanted}: is no experiment and cannot be read ({error}); there are: {names}, all")
+            anyhow!("{wanted}: is not an experiment, and cannot be read ({error}); there are: {names}, all")
         })?;
         let stem = path.file_stem().map_or("experiment".into(), |stem| stem.to_string_lossy().into_owned());
         plans.push((stem, parse(&text, wanted)?));
@@ -86,7 +86,7 @@ fn variants(plan: &Plan, run: &RunArgs) -> Result<Vec<(String, PipelineConfig)>>
         let set: Vec<String> = run.set.iter().chain(&variant.set).cloned().collect();
         let is_of_plan = |set: &&String| ["metric", "estimator"].iter().any(|table| set.starts_with(table));
         if let Some(set) = set.iter().find(is_of_plan) {
-            bail!("`{set}` has no effect: metrics and estimators are those that the plan lists");
+            bail!("`{set}` has no effect: the plan lists the metrics and estimators");
         }
         let all = RunArgs { set, ..on_preset(run) };
         let config = configuration::resolve(&all).with_context(|| format!("variant {}", variant.name))?;
@@ -239,7 +239,7 @@ mod tests {
     #[test]
     fn what_cannot_be_measured_is_refused() {
         for (text, expected) in [
-            ("baseline = \"INLIERS\"\nmetrics = [{ mse = {} }]", "`INLIERS` is none of its metrics; they are MSE"),
+            ("baseline = \"INLIERS\"\nmetrics = [{ mse = {} }]", "`INLIERS` is not one of its metrics: MSE"),
             ("thresholds-pr = [7.5, -7.5]", "-7.5 is out of range"),
             ("d-rmse = [nan]", "NaN is out of range"),
         ] {

@@ -79,7 +79,7 @@ impl Inspection {
             format!("  points      {}", self.points),
             format!("  triangles   {}", self.triangles),
             format!(
-                "  dropped     {} not finite, {} duplicates, {} beyond all reach",
+                "  dropped     {} not finite, {} duplicates, {} implausibly far away",
                 self.dropped_non_finite, self.dropped_duplicates, self.dropped_far
             ),
             format!("  strays      {}", self.strays),

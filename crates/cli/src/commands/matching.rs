@@ -17,7 +17,7 @@ pub(super) fn run(args: &MatchArgs) -> Result<ExitCode> {
     let (source, target) = (both.source.matrix.columns, both.target.matrix.columns);
     if source != target {
         bail!(
-            "{}: holds {target} numbers a row, {} holds {source}; describe both scans with the same descriptor",
+            "{}: has {target} numbers per row, {} has {source}; describe both scans with the same descriptor",
             args.target.display(),
             args.source.display()
         );

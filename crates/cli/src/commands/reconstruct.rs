@@ -18,14 +18,14 @@ const INCOMPLETE: u8 = 1;
 
 pub(crate) fn run(args: &ReconstructArgs) -> Result<ExitCode> {
     if !args.folder.is_dir() {
-        bail!("{}: is no folder; name one that holds scans", args.folder.display());
+        bail!("{}: is not a folder; give one that contains scans", args.folder.display());
     }
     let scans = Input::find(&args.folder, Some(PairChoice::All), None)?.scans;
     let holds_scans =
         |place: &Path| place.canonicalize().is_ok_and(|place| args.output.canonicalize().is_ok_and(|o| o == place));
     if scans.iter().filter_map(|scan| scan.path.parent()).any(holds_scans) {
         let output = args.output.display();
-        bail!("{output}: holds the scans, and the merged model would be taken for one; choose another folder for -o");
+        bail!("{output}: contains the scans, so the model would be mistaken for one; choose another folder for -o");
     }
     let n_scans = scans.len();
     let choice = if n_scans <= ALL_PAIRS_UP_TO { PairChoice::All } else { PairChoice::Auto };
@@ -34,7 +34,7 @@ pub(crate) fn run(args: &ReconstructArgs) -> Result<ExitCode> {
 
 fn reconstructed(args: &ReconstructArgs, ended: &Ended<'_>) -> Result<ExitCode> {
     let Some(collection) = &ended.survey.collection else {
-        bail!("{}: no scan there can be used; {} says why", args.folder.display(), args.output.display());
+        bail!("{}: no scan there can be used; see {}", args.folder.display(), args.output.display());
     };
     let pr = collection.resolution();
     let described = |at: usize| ended.survey.described(ended.input, ended.cache, at, Variant::default()).ok();

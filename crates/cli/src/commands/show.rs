@@ -44,7 +44,7 @@ fn find<'a>(pairs: &[&'a TruePair], wanted: &str) -> Result<&'a TruePair> {
         Some(pair) => Ok(pair),
         None => {
             let some: Vec<String> = pairs.iter().take(5).map(name).collect();
-            bail!("{wanted}: there is no such pair; there are {} pairs: {} …", pairs.len(), some.join(" "))
+            bail!("{wanted}: is not one of the {} pairs: {} …", pairs.len(), some.join(" "))
         }
     }
 }

@@ -55,7 +55,7 @@ fn check_directory(directory: &Path, description: &str) -> Result<()> {
     if held.as_deref() == Some(description) || (held.is_none() && !directory.join(PAIRS).exists()) {
         return Ok(());
     }
-    bail!("{}: holds another data set; choose another directory, or remove it", directory.display());
+    bail!("{}: contains another data set; choose another directory, or remove it", directory.display());
 }
 
 /// Reads a surface to scan.
@@ -65,11 +65,11 @@ fn mesh(file: &Path) -> Result<Mesh> {
         bail!("{}: has no faces, so there is no surface to scan; give a triangle mesh", file.display());
     }
     if raw.points.iter().flatten().any(|v| !v.is_finite()) {
-        bail!("{}: has corners that are not finite; remove them", file.display());
+        bail!("{}: has vertices that are not finite; remove them", file.display());
     }
     let mesh = Mesh { points: raw.points, triangles: raw.triangles };
     if mesh.bounding_sphere().1 == 0.0 {
-        bail!("{}: all corners are in one place; give a mesh with an extent", file.display());
+        bail!("{}: all vertices coincide; give a mesh with an extent", file.display());
     }
     Ok(mesh)
 }

@@ -93,7 +93,7 @@ impl Described {
         let places: Vec<Place> = read_places(&beside)?.into_iter().map(|(_, place)| place).collect();
         if places.len() != matrix.rows {
             bail!(
-                "{}: holds {} places, but {} holds {} rows; describe the scan again, or write one place a row",
+                "{}: has {} positions, but {} has {} rows; describe the scan again, or write one position per row",
                 beside.display(),
                 places.len(),
                 path.display(),
@@ -108,7 +108,7 @@ impl Described {
 pub(super) fn sibling(path: &Path) -> Result<PathBuf> {
     if path.extension().is_none_or(|extension| extension != "npy") {
         bail!(
-            "{}: descriptors need a name that ends in .npy; the places of their rows stand beside it, in .csv",
+            "{}: descriptors need a name that ends in .npy; the positions of the rows are beside it, in .csv",
             path.display()
         );
     }
@@ -128,7 +128,8 @@ pub(super) fn read_keypoints(path: &Path, single: &Single) -> Result<Vec<u32>> {
         let is_near = |hit: &Neighbor| f64::from(hit.distance_sq).sqrt() < FARTHEST_PR * resolution;
         let Some(hit) = nearest.filter(is_near) else {
             bail!(
-                "{}: line {line}: the keypoint {:?} is farther than {FARTHEST_PR} pr from every point of the scan; name the scan it was found on, in the same coordinates",
+                "{}: line {line}: the keypoint {:?} is farther than {FARTHEST_PR} pr from every point of the scan; give \
+                 the scan it was found on, in the same coordinates",
                 path.display(),
                 place.at
             );

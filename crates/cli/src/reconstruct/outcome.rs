@@ -170,8 +170,9 @@ fn problem(ended: &Ended<'_>, result: &Reconstruction, surfaces: &Surfaces, at: 
         return message.clone();
     }
     if surfaces.surface(at).is_none() {
-        return "sampling leaves too few points of it; choose smaller cells in [sampling]".to_owned();
+        return "sampling leaves too few of its points; choose smaller cells in [sampling]".to_owned();
     }
     debug_assert!(result.components.iter().any(|members| members == &[at]));
-    "no pose of it was believed or borne out by others; it may show something else, or overlap too little".to_owned()
+    "none of its poses was accepted or confirmed by others; it may show something else, or overlap too little"
+        .to_owned()
 }

@@ -22,14 +22,14 @@ pub(super) fn fate_name(fate: Option<&Fate>) -> &'static str {
 /// Explains what became of a pose; `pr` in data units.
 pub(super) fn fate_words(fate: Option<&Fate>, pr: f64) -> String {
     match fate {
-        None => "the surfaces hardly touch under it".to_owned(),
-        Some(Fate::Kept) => "the poses rest on it".to_owned(),
-        Some(Fate::Agrees) => "not needed, and agrees with the poses".to_owned(),
-        Some(Fate::NoLoop { triangles }) => format!("closes none of the {triangles} triangles that it is in"),
+        None => "with this pose, the surfaces hardly touch".to_owned(),
+        Some(Fate::Kept) => "the result is based on it".to_owned(),
+        Some(Fate::Agrees) => "not needed; agrees with the result".to_owned(),
+        Some(Fate::NoLoop { triangles }) => format!("closes none of the {triangles} triangles that it is part of"),
         Some(Fate::Outvoted) => "another pose of the pair closes more triangles".to_owned(),
-        Some(Fate::Unsupported) => "was not believed, and too few others bear it out".to_owned(),
+        Some(Fate::Unsupported) => "not accepted, and too few others confirm it".to_owned(),
         Some(Fate::Contradicted { parting }) => {
-            format!("the poses that the others agree on part its surfaces by {:.1} pr", parting / pr)
+            format!("the poses that the others agree on pull its surfaces apart by {:.1} pr", parting / pr)
         }
     }
 }
@@ -38,10 +38,10 @@ pub(super) fn fate_words(fate: Option<&Fate>, pr: f64) -> String {
 pub(super) fn overview(outcome: &Outcome) -> Vec<String> {
     let placed = outcome.scans.iter().filter(|scan| scan.component.is_some()).count();
     let mut lines = vec![match outcome.components.as_slice() {
-        [] => format!("none of {} scans fits another", outcome.scans.len()),
+        [] => format!("none of the {} scans fits another", outcome.scans.len()),
         [one] => format!("{placed} of {} scans in one frame, that of {}", outcome.scans.len(), one[0]),
         several => {
-            format!("{placed} of {} scans in {} components that nothing joins", outcome.scans.len(), several.len())
+            format!("{placed} of {} scans in {} separate components", outcome.scans.len(), several.len())
         }
     }];
     if outcome.components.len() > 1 {
@@ -51,7 +51,7 @@ pub(super) fn overview(outcome: &Outcome) -> Vec<String> {
         lines.extend(outcome.components.iter().enumerate().map(component));
     }
     let without = outcome.scans.iter().filter_map(|scan| Some((&scan.scan, scan.problem.as_ref()?)));
-    lines.extend(without.map(|(scan, problem)| format!("  without a place: {scan}: {problem}")));
+    lines.extend(without.map(|(scan, problem)| format!("  not placed: {scan}: {problem}")));
     let mut fates: BTreeMap<&str, usize> = BTreeMap::new();
     outcome.pairs.iter().for_each(|pair| *fates.entry(pair.fate).or_default() += 1);
     let counted: Vec<String> = fates.iter().map(|(fate, n)| format!("{n} {fate}")).collect();

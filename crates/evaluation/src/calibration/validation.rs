@@ -134,9 +134,9 @@ impl fmt::Display for Validation<'_> {
         let percent = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
         writeln!(f, "Cross-validated in {FOLDS} parts, ridge {}; right is below 5 pr.\n", self.ridge)?;
         writeln!(f, "AUC of the confidence, right against wrong: {:.4}", self.auc())?;
-        writeln!(f, "right among those said ok: {right_said} of {said} ({:.2} %)", percent(right_said, said))?;
-        writeln!(f, "said ok among the right ones: {right_said} of {right} ({:.2} %)\n", percent(right_said, right))?;
-        writeln!(f, "| pairs | number | right | said ok | of these right |")?;
+        writeln!(f, "right among those called ok: {right_said} of {said} ({:.2} %)", percent(right_said, said))?;
+        writeln!(f, "called ok among the right ones: {right_said} of {right} ({:.2} %)\n", percent(right_said, right))?;
+        writeln!(f, "| pairs | number | right | called ok | of these right |")?;
         writeln!(f, "|---|---|---|---|---|")?;
         let origins: BTreeMap<Origin, ()> = self.rows.iter().map(|row| (row.origin, ())).collect();
         for origin in origins.into_keys() {

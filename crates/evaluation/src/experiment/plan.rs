@@ -190,8 +190,7 @@ impl Plan {
         } else if let Some(name) = twice {
             Some(format!("{name} is listed twice"))
         } else {
-            baseline
-                .map(|name| format!("the baseline `{name}` is none of its metrics; they are {}", metrics.join(", ")))
+            baseline.map(|name| format!("the baseline `{name}` is not one of its metrics: {}", metrics.join(", ")))
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::{Motion, MotionFault};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DatasetFault {
     /// The bytes are no text.
-    #[error("is no UTF-8 text; export it again as plain text")]
+    #[error("is not UTF-8 text; export it again as plain text")]
     NotText,
     /// `dataset.toml` is not what it should be.
     #[error("line {line}: {message}; see the files in datasets/ for examples")]
@@ -19,14 +19,15 @@ pub enum DatasetFault {
     },
     /// A column is missing.
     #[error(
-        "there is no column `{missing}`; the header should be source,target,overlap,r00,r01,r02,tx,r10,r11,r12,ty,r20,r21,r22,tz"
+        "there is no column `{missing}`; the header should be \
+         source,target,overlap,r00,r01,r02,tx,r10,r11,r12,ty,r20,r21,r22,tz"
     )]
     Column {
         /// Its name.
         missing: &'static str,
     },
     /// Fields are missing, or too many.
-    #[error("line {line}: holds {found} fields; {expected}")]
+    #[error("line {line}: has {found} fields; {expected}")]
     Width {
         /// Where.
         line: usize,

@@ -135,7 +135,8 @@ impl Dataset {
         let Motion { pose, skew } = motion;
         if motion.is_skewed() {
             self.warnings.push(format!(
-                "{place}: {source} to {target}: the true motion is {skew:.1e} away from a rigid one; the nearest rigid one is used"
+                "{place}: {source} to {target}: the true motion is {skew:.1e} away from a rigid one; the nearest rigid \
+                 one is used"
             ));
         }
         let target_from_source = if inverted { pose.inverse() } else { pose };

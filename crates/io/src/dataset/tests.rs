@@ -64,7 +64,7 @@ fn faults_name_file_line_and_way_out() {
     for (file, text, expected) in [
         ("pairs.csv", "source,target\n".to_owned(), "no column `overlap`"),
         ("pairs.csv", format!("{HEADER}\nb,a,x,1,0,0,0,0,1,0,0,0,0,1,0\n"), "line 2: `x` is not a finite number"),
-        ("pairs.csv", format!("{HEADER}\nb,a,1\n"), "line 2: holds 3 fields"),
+        ("pairs.csv", format!("{HEADER}\nb,a,1\n"), "line 2: has 3 fields"),
         ("dataset.toml", "name = 'x'\nlicense = 'y'\n".to_owned(), "unknown field `license`"),
     ] {
         let folder = folder(&[(file, &text)]);

@@ -74,7 +74,7 @@ pub enum PlyFault {
     },
     /// A face has a corner that does not exist.
     #[error(
-        "face {face} has vertex index {index}, valid are 0 to {n_vertices} exclusive; repair or export the file again"
+        "face {face} has vertex index {index}, valid: 0 to {n_vertices} exclusive; repair or export the file again"
     )]
     FaceIndex {
         /// The face.

@@ -70,7 +70,7 @@ fn matches(table: &Table, scans: Option<[&RawScan; 2]>) -> Result<Vec<[Place; 2]
         (0 | 6, _) => Ok(of_places(table, [0, 1, 2, 3, 4, 5])),
         (2, _) => of_indices(table, [0, 1], scans),
         (found, line) => {
-            let expected = "6 fields, sx sy sz tx ty tz, or 2 positions of points";
+            let expected = "6 fields, sx sy sz tx ty tz, or 2 point indices";
             Err(TableFault::Form { line, found, expected })
         }
     }
@@ -144,9 +144,9 @@ mod tests {
             assert_eq!(pairs, [[[1.0; 3], [10.0; 3]], [[0.0; 3], [11.0; 3]]]);
         }
         for (text, expected) in [
-            ("0 3\n", "line 1: 3 is no position of a point; the target scan's points are numbered 0 to 2"),
-            ("0 0\n-1 0\n", "line 2: -1 is no position of a point; the source"),
-            ("0.5 0\n", "line 1: 0.5 is no position"),
+            ("0 3\n", "line 1: 3 is not a point index; the target scan's points are numbered 0 to 2"),
+            ("0 0\n-1 0\n", "line 2: -1 is not a point index; the source"),
+            ("0.5 0\n", "line 1: 0.5 is not a point index"),
             ("1e300 0\n", "line 1: 1000"),
             ("1 0\n", "line 1: point 1 of the source scan has a coordinate that is not finite"),
         ] {
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn other_tables_are_refused_with_what_would_be_understood() {
         for (text, expected) in [
-            ("0 1\n", "pairs of point positions; name the scans"),
+            ("0 1\n", "pairs of point indices; give their scans"),
             ("1 2 3\n", "3 fields and no header; write 6 fields"),
             ("sx,sy,sz,tx,ty\n1,2,3,4,5\n", "no column `tz` among `sx,sy,sz,tx,ty`"),
         ] {

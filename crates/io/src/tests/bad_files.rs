@@ -16,16 +16,12 @@ fn broken_texts_are_refused_with_their_line() {
     check("a.xyz", b"x y z\n1 2 3\n4 five 6\n", &["(XYZ)", "line 3", "`five`", "export"]);
     check("a.xyz", b"1 2 3\n\n4 5\n", &["line 3", "`4 5`", "expected 3 columns or more, found 2"]);
     check("a.csv", b"1,2,3\n4,,6\n", &["line 2", "``", "is not a number"]);
-    check("a.csv", b"x y z\nbut no numbers\n", &["no supported format", "extension: csv"]);
+    check("a.csv", b"x y z\nbut no numbers\n", &["not in a supported format", "extension: csv"]);
 
     check("a.obj", b"v 0 0 0\nv 1 O 0\n", &["(OBJ)", "line 2", "`O`"]);
     check("a.obj", b"v 0 0 0\nv 1 0\n", &["line 2", "expected 3 numbers, found 2"]);
     for index in ["0", "2", "-2", "99999999999999999999", "x", "", "-9223372036854775808"] {
-        check(
-            "a.obj",
-            format!("v 0 0 0\nf 1 {index}/1 1\n").as_bytes(),
-            &["line 2", "vertex index", "valid are 1 to 1"],
-        );
+        check("a.obj", format!("v 0 0 0\nf 1 {index}/1 1\n").as_bytes(), &["line 2", "vertex index", "valid: 1 to 1"]);
         check("a.obj", format!("v 0 0 0\nvn 0 0 1\nf 1//1 1//{index}5 1\n").as_bytes(), &["line 3", "normal index"]);
     }
 
@@ -50,7 +46,7 @@ fn broken_stl_files_are_refused_with_their_facet() {
     check("a.stl", b"solid", &["5 bytes", "84"]);
     let whole = file_of("stl");
     check("a.stl", &whole[..whole.len() - 1], &["promises 40 triangles", "holds 39", "cut short"]);
-    check("a.dat", &whole[..whole.len() - 1], &["no supported format"]);
+    check("a.dat", &whole[..whole.len() - 1], &["not in a supported format"]);
     check("a.stl", &[0xFF; 84], &["promises 4294967295", "holds 0"]);
 }
 
@@ -106,10 +102,10 @@ fn broken_las_files_are_refused() {
     let table = u64::from_le_bytes(whole[points..points + 8].try_into().unwrap()) as usize;
     let mut file = whole.clone();
     file[table + 4..table + 8].fill(0xFE);
-    check("a.laz", &file, &["table of chunks"]);
+    check("a.laz", &file, &["chunk table"]);
     let mut file = whole.clone();
     file[points..points + 8].fill(0xFF);
-    check("a.laz", &file, &["table of chunks"]);
+    check("a.laz", &file, &["chunk table"]);
 }
 
 #[test]
@@ -121,7 +117,7 @@ fn broken_e57_files_are_refused() {
     file[32..40].fill(0x7F);
     check("a.e57", &file, &["description", "cut short"]);
     // Whole numbers that can have one value only take no bits, so any number of them fits.
-    check("a.e57", &constant_e57(), &["scan 1 of 1", "3 points that hold nothing"]);
+    check("a.e57", &constant_e57(), &["scan 1 of 1", "3 points without data"]);
 }
 
 /// A file whose points take no bits.

@@ -46,8 +46,8 @@ fn broken_headers_are_refused_with_line_and_text() {
     check(&changed("comment c", &"\x07".repeat(100)), &["…", "\\u{7}"]);
     check(b"ply", &["no `end_header` line"]);
     check(b"ply\nend_header", &["format"]);
-    check(b"plywood\n", &["no supported format"]);
-    check(b"", &["no supported format"]);
+    check(b"plywood\n", &["not in a supported format"]);
+    check(b"", &["not in a supported format"]);
 }
 
 #[test]
