@@ -29,8 +29,9 @@
 
 use crate::preparation::{Cloud, Sampled, sample};
 use crate::prior::Bounds;
+use crate::ranking::{Fields, Ranking};
 use crate::verdict::Significance;
-use crate::{AContrarioConfig, Failure, Pair, PipelineConfig, VerdictConfig};
+use crate::{AContrarioConfig, Agreement, DenseConfig, Failure, Pair, PipelineConfig, VerdictConfig};
 use congruent_descriptors::{Features, LocalFrame};
 use congruent_estimators::{Distinctness, Hypothesis, optimise_all, sample as sample_hypotheses};
 use congruent_geometry::{Oriented, Point, RigidTransform, Scan, Surface};
@@ -38,6 +39,7 @@ use congruent_keypoints::Keypoint;
 use congruent_matching::Correspondence;
 use congruent_metrics::{Clouds, Evidence, Metric};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Number of hypotheses that are optimised for each one kept.
 const OPTIMISED_PER_KEPT: usize = 2;
@@ -238,6 +240,21 @@ pub(crate) fn with_given(
     pool.trials += given.len() as u64;
     pool.hypotheses.sort_by(Hypothesis::best_first);
     pool
+}
+
+/// Measures how well two surfaces fit each other under a pose between them, as the dense ranking does, but without the
+/// positions of the scanners: `occlusion` is zero.
+#[must_use]
+pub fn agreement(
+    surfaces: &Pair<Surface>,
+    target_from_source: &RigidTransform,
+    config: &DenseConfig,
+    resolution: f64,
+) -> Agreement {
+    let fields = surfaces.as_ref().par_map(|surface| Arc::new(Fields::new(surface, config, resolution)));
+    let bounds = Bounds::default();
+    let ranking = Ranking::new(surfaces, &fields, &Pair::default(), config, &bounds, resolution);
+    Agreement::new(&ranking.judge(target_from_source), resolution)
 }
 
 pub(crate) fn clouds(surfaces: &Pair<Surface>) -> Clouds<'_> {

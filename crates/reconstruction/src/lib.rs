@@ -5,10 +5,12 @@
 //! intermediate results, build the same from the parts: [`Surfaces`], [`proposals`] and
 //! `congruent_multiway::reconstruct`.
 
+mod conflicts;
 mod proposals;
 mod surfaces;
 mod whole;
 
+pub use conflicts::Conflict;
 pub use proposals::{Proposal, Registered, proposals};
 pub use surfaces::Surfaces;
 pub use whole::{Model, reconstruct};

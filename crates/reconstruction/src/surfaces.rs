@@ -102,6 +102,24 @@ impl Surfaces {
         (touch.support / used as f64).min(1.0)
     }
 
+    /// Returns the surface of a scan and, if the side of its normals is uncertain, the surface with its normals flipped;
+    /// nothing if the scan cannot be used.
+    pub(crate) fn sides(&self, at: usize) -> Vec<&Surface> {
+        let Some(dense) = &self.scans[at] else { return Vec::new() };
+        std::iter::once(&dense.surface).chain((!dense.sure).then_some(&dense.turned)).collect()
+    }
+
+    /// Returns the working length of the collection, data units.
+    pub(crate) fn pr(&self) -> f64 {
+        self.pr
+    }
+
+    /// Returns whether two scans may touch under a pose.
+    pub(crate) fn are_near(&self, source: usize, target: usize, pose: &RigidTransform) -> bool {
+        let both = self.scans[source].as_ref().zip(self.scans[target].as_ref());
+        both.is_some_and(|(moving, fixed)| near(&moving.surface, &fixed.surface, pose, FIRST_REACH * self.pr))
+    }
+
     /// Tries both sides of the normals unless they are certain, and returns the result with more support; `None` if too
     /// little touches.
     fn best(

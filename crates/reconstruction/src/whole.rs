@@ -1,6 +1,6 @@
 //! From scans to their poses in one frame.
 
-use crate::{Registered, Surfaces, proposals};
+use crate::{Conflict, Registered, Surfaces, proposals};
 use congruent_geometry::{RigidTransform, Scan};
 use congruent_multiway::{Candidate, Settings, reconstruct as solved};
 use congruent_pipeline::{Collection, DescribedScan, Pair, PipelineConfig, Prior, Registration, ScanSummary, Variant};
@@ -19,6 +19,9 @@ pub struct Model {
     /// For each scan, a lower bound of the error of its points relative to those of the component's first scan: root
     /// mean square, data units. `None` if it is unknown.
     pub uncertainty: Vec<Option<f64>>,
+    /// Scans of a component that contradict each other under their poses, the largest contradiction first. If there are
+    /// any, the poses may be wrong.
+    pub conflicts: Vec<Conflict>,
     /// The outcome of each pair, ordered by target, then by source, which is always the later scan.
     pub pairs: Vec<Registered>,
 }
@@ -72,7 +75,8 @@ pub fn reconstruct(scans: &[Scan], config: &PipelineConfig) -> Model {
     for members in &result.components {
         members.iter().for_each(|&at| frame_from_scan[at] = surfaces.in_files(&result, at, members[0]));
     }
-    Model { components: result.components, frame_from_scan, uncertainty: result.uncertainty, pairs }
+    let conflicts = surfaces.conflicts(&result);
+    Model { components: result.components, frame_from_scan, uncertainty: result.uncertainty, conflicts, pairs }
 }
 
 fn alone(n: usize) -> Model {
@@ -80,6 +84,7 @@ fn alone(n: usize) -> Model {
         components: (0..n).map(|at| vec![at]).collect(),
         frame_from_scan: vec![RigidTransform::identity(); n],
         uncertainty: vec![None; n],
+        conflicts: Vec::new(),
         pairs: Vec::new(),
     }
 }

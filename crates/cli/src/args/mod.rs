@@ -61,7 +61,8 @@ pub(crate) enum Command {
     ///
     /// The pairs are registered as by batch. Loops of three and a robust pose graph separate right poses from wrong ones,
     /// then all scans that touch are refined together. Scans that nothing connects remain separate: each component has
-    /// its own frame, that of its first scan. Exit code 1 means several components, or scans that could not be placed.
+    /// its own frame, that of its first scan. Exit code 1 means several components, scans that could not be placed, or
+    /// scans that contradict each other under their poses.
     Reconstruct(ReconstructArgs),
     /// Find the points of SCAN that are worth describing (CSV)
     ///

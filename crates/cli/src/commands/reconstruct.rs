@@ -13,8 +13,8 @@ use std::process::ExitCode;
 
 /// Maximum number of scans for which every pair is registered.
 const ALL_PAIRS_UP_TO: usize = 40;
-/// Exit code if some scan has no place, or there are several components.
-const INCOMPLETE: u8 = 1;
+/// Exit code if some scan has no place, there are several components, or scans contradict each other.
+const DOUBTFUL: u8 = 1;
 
 pub(crate) fn run(args: &ReconstructArgs) -> Result<ExitCode> {
     if !args.folder.is_dir() {
@@ -48,5 +48,5 @@ fn reconstructed(args: &ReconstructArgs, ended: &Ended<'_>) -> Result<ExitCode> 
     let outcome = reconstruct::Outcome::new(ended, &result, &pairs, &surfaces, pr);
     reconstruct::write(args, ended, &outcome, &surfaces)?;
     output::data(&if args.json { outcome.json() } else { outcome.text(&args.output) })?;
-    Ok(if outcome.is_complete() { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
+    Ok(if outcome.is_complete() && outcome.is_consistent() { ExitCode::SUCCESS } else { ExitCode::from(DOUBTFUL) })
 }

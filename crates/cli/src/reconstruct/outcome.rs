@@ -5,7 +5,7 @@ use crate::batch::Ended;
 use congruent_geometry::{RigidTransform, to_rows};
 use congruent_multiway::{Edge, Fate, Reconstruction, Touch};
 use congruent_pipeline::VerdictKind;
-use congruent_reconstruction::{Proposal, Registered, Surfaces};
+use congruent_reconstruction::{Conflict, Proposal, Registered, Surfaces};
 use serde::Serialize;
 use std::path::Path;
 
@@ -24,6 +24,8 @@ pub(crate) struct Outcome {
     pub(super) refined: bool,
     /// The contacts that the poses are based on.
     pub(super) contacts: Vec<ContactLine>,
+    /// Scans of a component that contradict each other under their poses, the largest contradiction first.
+    pub(super) conflicts: Vec<ConflictLine>,
     #[serde(skip)]
     pub(super) edges: Vec<(Edge, Touch)>,
 }
@@ -76,6 +78,17 @@ pub(super) struct ContactLine {
     pub(super) ends: [usize; 2],
 }
 
+#[derive(Debug, Serialize)]
+pub(super) struct ConflictLine {
+    pub(super) scans: [String; 2],
+    /// Fraction of their points that overlap.
+    pub(super) overlap: f64,
+    /// Fraction of their points that float where the other scanner saw empty space, summed over both.
+    pub(super) floating: f64,
+    #[serde(skip)]
+    pub(super) ends: [usize; 2],
+}
+
 /// The registered pairs, and the poses that they propose.
 pub(crate) struct Pairs<'a> {
     /// Ids of the rows.
@@ -104,6 +117,12 @@ impl Outcome {
                 ends: [edge.source, edge.target],
             })
             .collect();
+        let conflict = |Conflict { scans, overlap, floating }: Conflict| ConflictLine {
+            scans: scans.map(name),
+            overlap,
+            floating,
+            ends: scans,
+        };
         let mut fates = result.fates.iter();
         let mut pair = |proposal: &Proposal| {
             let fate = proposal.candidate.as_ref().and_then(|_| fates.next());
@@ -147,6 +166,7 @@ impl Outcome {
             pairs,
             refined: result.refined,
             contacts,
+            conflicts: surfaces.conflicts(result).into_iter().map(conflict).collect(),
             edges: result.edges.clone(),
         }
     }
@@ -154,6 +174,11 @@ impl Outcome {
     /// Returns whether all scans are in one frame.
     pub(crate) fn is_complete(&self) -> bool {
         self.scans.iter().all(|scan| scan.component == Some(1))
+    }
+
+    /// Returns whether no two scans contradict each other under their poses.
+    pub(crate) fn is_consistent(&self) -> bool {
+        self.conflicts.is_empty()
     }
 
     pub(crate) fn json(&self) -> String {

@@ -13,6 +13,7 @@ const MAX_POINTS: usize = 300_000;
 const KEPT: &str = "#1b8a5a";
 const REJECTED: &str = "#c0392b";
 const CONTACT: &str = "#999999";
+const CONFLICT: &str = "#d98e04";
 
 /// Builds the whole page.
 pub(super) fn page(outcome: &Outcome, surfaces: &Surfaces) -> Page {
@@ -37,6 +38,10 @@ pub(super) fn page(outcome: &Outcome, surfaces: &Surfaces) -> Page {
     blocks.push(Block::Table(pairs(outcome)));
     blocks.push(Block::Section("Scans that touch".to_owned()));
     blocks.push(Block::Table(contacts(outcome)));
+    if !outcome.is_consistent() {
+        blocks.push(Block::Section("Scans that contradict each other".to_owned()));
+        blocks.push(Block::Table(conflicts(outcome)));
+    }
     Page {
         title: "Reconstruction".to_owned(),
         subtitle: format!("pr = {} data units", digits(outcome.resolution, 4)),
@@ -45,7 +50,9 @@ pub(super) fn page(outcome: &Outcome, surfaces: &Surfaces) -> Page {
 }
 
 fn verdict(outcome: &Outcome) -> Block {
-    let (tone, word) = if outcome.is_complete() {
+    let (tone, word) = if !outcome.is_consistent() {
+        (Tone::Doubtful, "scans contradict each other")
+    } else if outcome.is_complete() {
         (Tone::Good, "complete")
     } else if outcome.components.is_empty() {
         (Tone::Bad, "no scans fit")
@@ -77,6 +84,10 @@ fn scene(outcome: &Outcome, surfaces: &Surfaces, number: usize) -> Scene {
     };
     let touching = outcome.contacts.iter().map(|c| c.ends).filter(|ends| ends[0] < ends[1] && inside(ends)).collect();
     layers.push(graph("scans that touch", CONTACT, false, touching));
+    let contradicting: Vec<[usize; 2]> = outcome.conflicts.iter().map(|c| c.ends).filter(inside).collect();
+    if !contradicting.is_empty() {
+        layers.push(graph("scans that contradict each other", CONFLICT, true, contradicting));
+    }
     layers.push(graph("poses used", KEPT, true, of(true)));
     layers.push(graph("poses rejected", REJECTED, false, of(false)));
     Scene {
@@ -149,4 +160,14 @@ fn contacts(outcome: &Outcome) -> Table {
     };
     let columns = ["scan", "touches", "touching points, %", "distance, pr"];
     table(&columns, outcome.contacts.iter().map(row).collect())
+}
+
+fn conflicts(outcome: &Outcome) -> Table {
+    let row = |conflict: &super::outcome::ConflictLine| -> Vec<Cell> {
+        let [one, other] = conflict.scans.clone();
+        let percent = |share: f64| format!("{:.0}", 100.0 * share);
+        vec![one.into(), other.into(), percent(conflict.overlap).into(), percent(conflict.floating).into()]
+    };
+    let columns = ["scan", "contradicts", "overlap, %", "points that float, %"];
+    table(&columns, outcome.conflicts.iter().map(row).collect())
 }

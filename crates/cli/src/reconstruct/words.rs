@@ -62,6 +62,17 @@ pub(super) fn overview(outcome: &Outcome) -> Vec<String> {
         let pairs = outcome.contacts.iter().filter(|contact| contact.ends[0] < contact.ends[1]).count();
         lines.push(format!("refined together over {pairs} pairs of scans that touch"));
     }
+    if let Some(worst) = outcome.conflicts.first() {
+        let ([one, other], percent) = (&worst.scans, 100.0 * worst.floating);
+        let pairs = match outcome.conflicts.len() {
+            1 => "two scans contradict each other".to_owned(),
+            n => format!("{n} pairs of scans contradict each other"),
+        };
+        lines.push(format!(
+            "{pairs}, so the poses may be wrong; most of all {one} and {other}: {percent:.0} % of their points float where \
+             the other scanner saw empty space"
+        ));
+    }
     lines
 }
 
