@@ -27,10 +27,14 @@ pub(super) fn page(outcome: &Outcome, surfaces: &Surfaces) -> Page {
         )));
         blocks.push(Block::Views(vec![(
             "Each scan has its own colour. The graph connects the centres of the scans: green poses are used, red ones \
-             rejected; grey lines connect scans that touch."
+             rejected; grey lines connect scans that touch, orange ones scans that contradict each other."
                 .to_owned(),
             scene(outcome, surfaces, number),
         )]));
+    }
+    if !outcome.is_consistent() {
+        blocks.push(Block::Section("Scans that contradict each other".to_owned()));
+        blocks.push(Block::Table(conflicts(outcome)));
     }
     blocks.push(Block::Section("Scans".to_owned()));
     blocks.push(Block::Table(scans(outcome)));
@@ -38,10 +42,6 @@ pub(super) fn page(outcome: &Outcome, surfaces: &Surfaces) -> Page {
     blocks.push(Block::Table(pairs(outcome)));
     blocks.push(Block::Section("Scans that touch".to_owned()));
     blocks.push(Block::Table(contacts(outcome)));
-    if !outcome.is_consistent() {
-        blocks.push(Block::Section("Scans that contradict each other".to_owned()));
-        blocks.push(Block::Table(conflicts(outcome)));
-    }
     Page {
         title: "Reconstruction".to_owned(),
         subtitle: format!("pr = {} data units", digits(outcome.resolution, 4)),
