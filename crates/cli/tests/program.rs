@@ -44,6 +44,13 @@ fn help_is_as_it_was() {
         vec!["evaluate", "--help"],
         vec!["experiment", "--help"],
         vec!["simulate", "--help"],
+        vec!["keypoints", "--help"],
+        vec!["describe", "--help"],
+        vec!["match", "--help"],
+        vec!["estimate", "--help"],
+        vec!["calibrate", "--help"],
+        vec!["config", "show", "--help"],
+        vec!["config", "check", "--help"],
     ] {
         let output = congruent(&command);
         assert_eq!(output.status.code(), Some(0));
