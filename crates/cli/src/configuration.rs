@@ -119,16 +119,23 @@ fn assign(table: &mut toml::Table, keys: &[&str], depth: usize, value: toml::Val
 }
 
 /// Phrases of serde, and what the user reads instead.
-const WORDS: [(&str, &str); 4] = [
+const WORDS: [(&str, &str); 5] = [
     ("wanted exactly 1 element, more than 1 element", "two members of one family; keep only one of their tables"),
     ("expected u64", "expected a whole number, 0 or above"),
     ("expected usize", "expected a whole number, 0 or above"),
     ("expected f64", "expected a number"),
+    ("invalid type: unit variant, expected newtype variant", "a member is a table of settings: write { NAME = {} }"),
 ];
+/// What serde puts before the name of a type of ours.
+const STRUCT: &str = "expected struct ";
 
 /// Adds the nearest valid name to serde's message about an unknown one, and rephrases messages for the user.
 fn with_suggestion(message: &str) -> String {
     let message = WORDS.iter().fold(message.trim().to_owned(), |said, (serde, user)| said.replace(serde, user));
+    let message = match message.split_once(STRUCT) {
+        Some((before, _)) => format!("{before}expected a table of settings"),
+        None => message,
+    };
     let message = message.as_str();
     let mut names = message.split('`').skip(1).step_by(2);
     match names.next() {
@@ -162,6 +169,8 @@ mod tests {
             ("seed = -1\n", "a whole number, 0 or above"),
             ("[pool]\nposes = 1.5\n", "a whole number, 0 or above"),
             ("[metric.MSE]\n", "did you mean `mse`"),
+            ("metric = 'mse'\n", "write { NAME = {} }"),
+            ("[detector]\nuniform = '4pr'\n", "invalid type: string \"4pr\", expected a table of settings"),
         ] {
             let said = parse(text, "x.toml").unwrap_err().to_string();
             assert!(said.contains(expected), "{said}");
