@@ -119,10 +119,13 @@ enum Place {
     Nowhere,
 }
 
+/// The bits of a cell's coordinates, in cells: as numbers they reach as far as any point, however small the cells are.
+type Cell = [u64; 3];
+
 /// Cubic cells and which point was kept of each.
 struct Grid {
     leaf: f64,
-    kept: FxHashMap<[i64; 3], usize>,
+    kept: FxHashMap<Cell, usize>,
 }
 
 impl Grid {
@@ -144,8 +147,12 @@ impl Grid {
         }
     }
 
-    fn cell(&self, point: &[f64; 3]) -> [i64; 3] {
-        point.map(|v| (v / self.leaf).floor() as i64)
+    fn cell(&self, point: &[f64; 3]) -> Cell {
+        point.map(|v| {
+            let place = (v / self.leaf).floor();
+            // Beyond all numbers every point is alone. The sum makes zero of minus zero.
+            (if place.is_finite() { place } else { v } + 0.0).to_bits()
+        })
     }
 
     /// Squared distance to the centre of the point's own cell, in cells.
@@ -221,6 +228,14 @@ mod tests {
             [[0.1; 3], [f64::NAN, 0.0, 0.0], [0.0, f64::INFINITY, 0.0], [1e300; 3], [-1e300, 0.0, 0.0], [0.2; 3]];
         assert_eq!(gathered(&points, 1e-3).points, [[0.1; 3], [1e300; 3], [-1e300, 0.0, 0.0], [0.2; 3]]);
         assert_eq!(gathered(&points, 1.0).points, [[0.2; 3], [1e300; 3], [-1e300, 0.0, 0.0]]);
+        // Cells so small that each holds one point, but for zeros of both signs.
+        let mut sheet = sheet();
+        for leaf in [1e-12, 1e-300, 1e-310] {
+            assert_eq!(gathered(&sheet, leaf).points, sheet, "{leaf}");
+        }
+        sheet.push([-0.0, -20.0, 0.3]);
+        sheet.push([0.0, -20.0, 0.3]);
+        assert_eq!(gathered(&sheet, 1e-310).points.len(), sheet.len() - 2);
     }
 
     #[test]
