@@ -57,7 +57,7 @@ pub fn read_scan(path: &Path) -> Result<RawScan, IoError> {
 /// nearest to the cell's centre, with its normal. Cells are `floor(x / leaf)` on each axis; points that are not finite are
 /// dropped.
 ///
-/// A file of points is thinned while it is read, so that memory is needed for the points that are kept, some 70 bytes each,
+/// A file of points is thinned while it is read, so that memory is needed for the points that are kept, some 100 bytes each,
 /// and not for the others. A mesh is read whole: the corners of its triangles become the points kept of their cells, and
 /// triangles of which two corners then coincide are dropped.
 ///

@@ -13,7 +13,8 @@ use rayon::prelude::*;
 /// Minimum fraction of the points that overlap; below it there is too little to compare.
 const MIN_OVERLAP: f64 = 0.1;
 /// Minimum fraction of the points that float, summed over both directions. Scans of five sensors that were placed
-/// correctly have at most 0.08.
+/// correctly have at most 0.08, measured with the default settings of the dense ranking, whatever the pairs were ranked
+/// with.
 const MIN_FLOATING: f64 = 0.1;
 
 /// Two scans of a component that do not fit each other under their poses.
