@@ -26,7 +26,7 @@ impl Reasons {
     /// Returns `None` if the surfaces were not compared.
     pub(crate) fn of(registration: &Registration) -> Option<Reasons> {
         let matches = registration.counts.correspondences;
-        registration.predictors.map(|measured| Reasons::new(&measured, registration.counts.inliers, matches))
+        registration.fit().map(|fit| Reasons::new(&fit.predictors, registration.counts.inliers, matches))
     }
 
     fn new(measured: &Predictors, inliers: usize, matches: usize) -> Reasons {

@@ -2,10 +2,10 @@
 
 use crate::layers::all_settings;
 use crate::reasons::Reasons;
-use congruent_geometry::{Length, to_rows};
-use congruent_pipeline::{Pair, PipelineConfig, Registration, Settings, Signs, VerdictKind};
+use congruent_geometry::{Length, Oriented, to_rows};
+use congruent_pipeline::{Agreement, Counts, Pair, PipelineConfig, Registration, Settings, Signs, VerdictKind};
 use congruent_report::{digits, pose_rows};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
@@ -28,7 +28,7 @@ pub(crate) struct Report {
     /// Decimal logarithm of the number of random poses that would have as many inliers.
     log10_false_alarms: Option<f64>,
     /// The viewpoints from which the scans were assumed to be seen: source, target.
-    views: Option<[View; 2]>,
+    views: Option<Pair<View>>,
     /// Mean squared separation of the surfaces for a unit motion in each of six independent directions, ascending;
     /// small values belong to directions in which the surfaces slide along each other. Null for a motion that
     /// `--yaw-only` forbids.
@@ -105,51 +105,21 @@ struct View {
     sure: bool,
 }
 
+impl From<Oriented> for View {
+    fn from(oriented: Oriented) -> Self {
+        View { viewpoint: oriented.viewpoint.map(Into::into), sure: oriented.sure }
+    }
+}
+
 #[derive(Debug, Serialize)]
 struct Alternative {
     target_from_source: [[f64; 4]; 4],
     score: f64,
 }
 
-#[derive(Debug, Serialize)]
-struct Agreement {
-    score: f64,
-    overlap: f64,
-    residual_pr: Option<f64>,
-    hover: f64,
-    occlusion: f64,
-    disagreeing: f64,
-}
-
-/// Numbers of items; pairs of numbers are for the source and the target.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Counts {
-    pub(crate) points: [usize; 2],
-    #[serde(default)]
-    pub(crate) strays: [usize; 2],
-    pub(crate) sampled: [usize; 2],
-    pub(crate) keypoints: [usize; 2],
-    pub(crate) described: [usize; 2],
-    pub(crate) correspondences: usize,
-    pub(crate) trials: u64,
-    pub(crate) poses: usize,
-    pub(crate) inliers: usize,
-}
-
-impl From<&congruent_pipeline::Counts> for Counts {
-    fn from(counts: &congruent_pipeline::Counts) -> Self {
-        let two = |pair: Pair<usize>| [pair.source, pair.target];
-        Counts {
-            points: two(counts.points),
-            strays: two(counts.strays),
-            sampled: two(counts.sampled),
-            keypoints: two(counts.keypoints),
-            described: two(counts.described),
-            correspondences: counts.correspondences,
-            trials: counts.trials,
-            poses: counts.poses,
-            inliers: counts.inliers,
-        }
+impl From<&congruent_pipeline::Alternative> for Alternative {
+    fn from(other: &congruent_pipeline::Alternative) -> Self {
+        Alternative { target_from_source: to_rows(&other.target_from_source), score: other.score }
     }
 }
 
@@ -171,37 +141,25 @@ impl Report {
             registration.timings.iter().map(|t| (t.stage.name(), t.time.as_secs_f64())).collect();
         timings.insert("reading", reading.as_secs_f64());
         timings.insert("total", total.as_secs_f64());
+        let found = registration.estimate.as_ref();
         Report {
             version: env!("CARGO_PKG_VERSION"),
             source: files.source.display().to_string(),
             target: files.target.display().to_string(),
-            target_from_source: registration.target_from_source.as_ref().map(to_rows),
+            target_from_source: registration.pose().map(to_rows),
             verdict: registration.verdict.kind(),
             reason: registration.reason(),
-            alternatives: registration
-                .alternatives
-                .iter()
-                .map(|(pose, score)| Alternative { target_from_source: to_rows(pose), score: *score })
-                .collect(),
-            confidence: registration.confidence,
-            score: registration.score,
-            log10_false_alarms: registration.log10_false_alarms,
-            views: registration.views.map(|views| {
-                [views.source, views.target].map(|v| View { viewpoint: v.viewpoint.map(Into::into), sure: v.sure })
-            }),
-            stiffness: registration.hold.map(|hold| hold.stiffness),
-            stiffness_noise: registration.hold.map(|hold| hold.noise),
-            uncertainty: registration.uncertainty.as_ref().map(Uncertainty::from),
-            agreement: registration.agreement.map(|a| Agreement {
-                score: a.score,
-                overlap: a.overlap,
-                residual_pr: a.residual_pr,
-                hover: a.hover,
-                occlusion: a.occlusion,
-                disagreeing: a.disagreeing,
-            }),
+            alternatives: registration.alternatives().iter().map(Alternative::from).collect(),
+            confidence: registration.confidence(),
+            score: found.map(|found| found.score),
+            log10_false_alarms: found.map(|found| found.log10_false_alarms),
+            views: found.map(|found| found.views.map(View::from)),
+            stiffness: found.map(|found| found.hold.stiffness),
+            stiffness_noise: found.map(|found| found.hold.noise),
+            uncertainty: registration.uncertainty().map(Uncertainty::from),
+            agreement: registration.fit().map(|fit| fit.agreement),
             reasons: Reasons::of(registration),
-            counts: Counts::from(&registration.counts),
+            counts: registration.counts,
             resolution: Resolution { raw: registration.raw_resolution, sampled: registration.resolution },
             attempt: Attempt::of(&registration.settings, config),
             lengths: resolved_lengths(registration),
@@ -224,15 +182,13 @@ impl Report {
             line("reason", reason.clone());
         }
         let c = &self.counts;
+        let both = |counts: Pair<usize>| format!("{} and {}", counts.source, counts.target);
         let strays = match c.strays {
-            [0, 0] => String::new(),
-            [source, target] => format!(", of which {source} and {target} strays were removed"),
+            Pair { source: 0, target: 0 } => String::new(),
+            some => format!(", of which {} strays were removed", both(some)),
         };
-        line(
-            "points",
-            format!("{} and {}{strays}, sampled to {} and {}", c.points[0], c.points[1], c.sampled[0], c.sampled[1]),
-        );
-        line("keypoints", format!("{} and {} described", c.described[0], c.described[1]));
+        line("points", format!("{}{strays}, sampled to {}", both(c.points), both(c.sampled)));
+        line("keypoints", format!("{} described", both(c.described)));
         line(
             "correspondences",
             format!("{}, {} of them inliers; {} poses examined", c.correspondences, c.inliers, c.poses),

@@ -143,14 +143,14 @@ impl PairRow {
     pub fn judged(mut self, truth: &GroundTruth, registration: &Registration, trace: &Trace, seconds: f64) -> Self {
         self.status = if truth.is_evaluable() { Status::Scored } else { Status::NotEvaluable };
         self.verdict = Some(registration.verdict.kind());
-        self.confidence = Some(registration.confidence);
+        self.confidence = Some(registration.confidence());
         self.seconds = seconds;
         self.n_shared = truth.n_shared();
         self.raw_resolution = truth.resolution();
         self.resolution = registration.resolution;
         self.matches = trace.matches.len();
         self.count_matches(truth.centred(), trace, registration.resolution);
-        if let Some(pose) = &registration.target_from_source {
+        if let Some(pose) = registration.pose() {
             self.target_from_source = Some(to_rows(pose));
             if let Some(errors) = truth.errors(pose) {
                 self.rmse_pr = Some(errors.rmse_pr);

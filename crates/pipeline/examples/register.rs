@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let found = registered(Path::new(source), Path::new(target))?;
             let seconds = start.elapsed().as_secs_f64();
             if round > 0 {
-                let pose = found.target_from_source.as_ref().map(to_rows);
+                let pose = found.pose().map(to_rows);
                 let line = serde_json::json!({"pair": pair, "seconds": seconds, "target_from_source": pose});
                 writeln!(out, "{line}")?;
             }

@@ -12,12 +12,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [source, target] = &files[..] else { return Err("usage: two_scans SOURCE TARGET".into()) };
     let scan = |file: &String| -> Result<Scan, Box<dyn Error>> { Ok(Scan::new(&read_scan(Path::new(file))?)?) };
     let found = register(&scan(source)?, &scan(target)?, &PipelineConfig::default());
-    match (&found.verdict, &found.target_from_source) {
+    match (&found.verdict, found.pose()) {
         (Verdict::Ok, Some(pose)) => {
-            println!("registered, with a confidence of {:.3}; see target_from_source.txt", found.confidence);
+            println!("registered, with a confidence of {:.3}; see target_from_source.txt", found.confidence());
             write_pose(Path::new("target_from_source.txt"), pose)?;
         }
-        (Verdict::Ambiguous, _) => println!("{} other poses fit nearly as well", found.alternatives.len()),
+        (Verdict::Ambiguous(others), _) => println!("{} other poses fit nearly as well", others.len()),
         (Verdict::Failed(reason), _) => println!("not registered: {reason}"),
         (Verdict::Ok, None) => unreachable!("what is ok has a pose"),
     }

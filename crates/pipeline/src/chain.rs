@@ -8,9 +8,7 @@ use crate::ranking::{Fields, Ranking};
 use crate::refining::{GUESS_RADIUS, drawn_in};
 use crate::stage::Clock;
 use crate::verdict::{Judgement, Significance};
-use crate::{
-    Agreement, Counts, DenseConfig, Failure, Pair, PipelineConfig, RankingConfig, Signs, Stage, Trace, stages,
-};
+use crate::{Counts, DenseConfig, Failure, Fit, Pair, PipelineConfig, RankingConfig, Signs, Stage, Trace, stages};
 use congruent_descriptors::Features;
 use congruent_estimators::Hypothesis;
 use congruent_geometry::{Oriented, RigidTransform, Scan, Surface};
@@ -32,7 +30,7 @@ pub(crate) struct Answer {
     /// How the normals were oriented.
     pub(crate) oriented: Pair<Oriented>,
     /// How well the surfaces fit each other, if the ranking measured it.
-    pub(crate) agreement: Option<Agreement>,
+    pub(crate) fit: Option<Fit>,
     /// Inliers, and how many random poses would be expected to have as many.
     pub(crate) significance: Significance,
     pub(crate) judgement: Judgement,

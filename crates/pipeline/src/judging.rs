@@ -6,7 +6,7 @@ use crate::memory::Search;
 use crate::prepared::PreparedPair;
 use crate::ranking::{Ranked, Ranking};
 use crate::verdict::{Judgement, Standing};
-use crate::{Agreement, Failure, Stage, stages};
+use crate::{Agreement, Failure, Fit, Stage, stages};
 use congruent_estimators::Hypothesis;
 use congruent_geometry::RigidTransform;
 use congruent_metrics::Evidence;
@@ -120,7 +120,10 @@ impl Chain<'_, '_> {
             hold: evident.hold,
             uncertainty: chosen.uncertainty.clone(),
             oriented: prepared.oriented,
-            agreement: chosen.ranked.map(|ranked| Agreement::new(&ranked, resolution)),
+            fit: chosen
+                .ranked
+                .zip(judgement.predictors)
+                .map(|(ranked, predictors)| Fit { agreement: Agreement::new(&ranked, resolution), predictors }),
             significance: evident.significance,
             judgement,
         }

@@ -38,7 +38,7 @@ pub use preparation::count_strays;
 pub use prior::{Guess, MAX_TILT, Prior, tilt};
 pub use refine::refine;
 pub use register::{Tried, register, register_traced, register_tried, register_within};
-pub use registration::{Agreement, Counts, Registration, Settings, Verdict, VerdictKind};
+pub use registration::{Agreement, Alternative, Counts, Estimate, Fit, Registration, Settings, Verdict, VerdictKind};
 pub use stage::{Stage, StageTime};
 pub use trace::Trace;
 pub use verdict::{Calibration, MAX_RESIDUAL_PR, N_TERMS, Predictors, SLIDING_CONFIDENCE};

@@ -1,6 +1,8 @@
 //! A pair of values: one for the source and one for the target.
 
-/// One value for each scan.
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// One value for each scan; in files, a list of the two, the source's first.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pair<T> {
     /// The value of the source.
@@ -61,5 +63,18 @@ impl<T, E> Pair<Result<T, E>> {
     /// The source's error, else the target's.
     pub fn both(self) -> Result<Pair<T>, E> {
         Ok(Pair { source: self.source?, target: self.target? })
+    }
+}
+
+impl<T: Serialize> Serialize for Pair<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        (&self.source, &self.target).serialize(serializer)
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Pair<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (source, target) = Deserialize::deserialize(deserializer)?;
+        Ok(Pair { source, target })
     }
 }

@@ -3,10 +3,12 @@
 use crate::chain::{Answer, Chain, Proposals};
 use crate::memory::Memory;
 use crate::prior::Bounds;
+use crate::ranking::Ranked;
 use crate::stage::Clock;
+use crate::verdict::Judgement;
 use crate::{
-    Counts, EscalationStep, Failure, Pair, PipelineConfig, Predictors, Prior, RankingConfig, Registration,
-    SamplingConfig, Settings, Signs, Stage, Trace, Verdict,
+    Alternative, Counts, EscalationStep, Estimate, Failure, Pair, PipelineConfig, Predictors, Prior, RankingConfig,
+    Registration, SamplingConfig, Settings, Signs, Stage, Trace, Verdict,
 };
 use congruent_geometry::{Oriented, RigidTransform, Scan, uncentred};
 use congruent_refinement::Uncertainty;
@@ -27,10 +29,10 @@ use std::convert::Infallible;
 /// let pair = figurine_pair(&PairOptions::default());
 /// let (source, target) = (Scan::new(&pair.source)?, Scan::new(&pair.target)?);
 /// let found = register(&source, &target, &PipelineConfig::default());
-/// match (&found.verdict, &found.target_from_source) {
+/// match (&found.verdict, found.pose()) {
 ///     (Verdict::Ok, Some(pose)) => println!("{pose}"),
 ///     (Verdict::Failed(reason), _) => println!("not registered: {reason}"),
-///     _ => println!("{} other poses fit nearly as well", found.alternatives.len()),
+///     _ => println!("{} other poses fit nearly as well", found.alternatives().len()),
 /// }
 /// assert_eq!(found.verdict, Verdict::Ok);
 /// # Ok::<(), congruent_geometry::ScanError>(())
@@ -188,45 +190,50 @@ impl Attempt {
     }
 
     pub(crate) fn registration(self, origins: &Pair<Vector3<f64>>, clock: Clock<'_>) -> Registration {
-        let in_file_coordinates = |pose: &RigidTransform| uncentred(pose, &origins.source, &origins.target);
-        let (answer, verdict) = match self.outcome {
-            Err(failure) => (None, Verdict::Failed(failure)),
-            Ok(mut answer) => {
-                let verdict = match answer.judgement.doubt.take() {
-                    Some(doubt) => Verdict::Failed(doubt),
-                    None if answer.judgement.rivals.is_empty() => Verdict::Ok,
-                    None => Verdict::Ambiguous,
-                };
-                (Some(answer), verdict)
-            }
-        };
-        let alternatives = match (&answer, &verdict) {
-            (Some(answer), Verdict::Ambiguous) => {
-                let rivals = answer.judgement.rivals.iter();
-                rivals.map(|rival| (in_file_coordinates(&rival.target_from_source), rival.score.value())).collect()
-            }
-            _ => Vec::new(),
+        let (verdict, estimate) = match self.outcome {
+            Err(failure) => (Verdict::Failed(failure), None),
+            Ok(answer) => (answer.judgement.verdict(origins), Some(answer.estimate(origins))),
         };
         Registration {
-            settings: self.settings,
-            target_from_source: answer.as_ref().map(|answer| in_file_coordinates(&answer.target_from_source)),
             verdict,
-            alternatives,
-            confidence: answer.as_ref().map_or(0.0, |answer| answer.judgement.confidence_alone()),
-            score: answer.as_ref().map(|answer| answer.score),
-            log10_false_alarms: answer.as_ref().map(|answer| answer.significance.log10_false_alarms),
-            views: answer.as_ref().map(|answer| views(&answer.oriented, origins)),
-            hold: answer.as_ref().map(|answer| answer.hold),
-            predictors: answer.as_ref().and_then(|answer| answer.judgement.predictors),
-            uncertainty: answer
-                .as_ref()
-                .and_then(|answer| answer.uncertainty.clone())
-                .map(|known| placed(known, &origins.target)),
-            agreement: answer.and_then(|answer| answer.agreement),
+            estimate,
+            settings: self.settings,
             counts: self.counts,
             raw_resolution: self.raw_resolution,
             resolution: self.resolution,
             timings: clock.times,
+        }
+    }
+}
+
+impl Judgement {
+    fn verdict(&self, origins: &Pair<Vector3<f64>>) -> Verdict {
+        if let Some(doubt) = &self.doubt {
+            return Verdict::Failed(doubt.clone());
+        }
+        if self.rivals.is_empty() {
+            return Verdict::Ok;
+        }
+        let alternative = |rival: &Ranked| Alternative {
+            target_from_source: uncentred(&rival.target_from_source, &origins.source, &origins.target),
+            score: rival.score.value(),
+        };
+        Verdict::Ambiguous(self.rivals.iter().map(alternative).collect())
+    }
+}
+
+impl Answer {
+    /// Converts the answer to file coordinates.
+    fn estimate(self, origins: &Pair<Vector3<f64>>) -> Estimate {
+        Estimate {
+            target_from_source: uncentred(&self.target_from_source, &origins.source, &origins.target),
+            confidence: self.judgement.confidence_alone(),
+            score: self.score,
+            log10_false_alarms: self.significance.log10_false_alarms,
+            hold: self.hold,
+            views: views(&self.oriented, origins),
+            fit: self.fit,
+            uncertainty: self.uncertainty.map(|known| placed(known, &origins.target)),
         }
     }
 }

@@ -12,8 +12,8 @@ use std::fmt;
 pub enum Verdict {
     /// The pose is accepted.
     Ok,
-    /// The pose fits, but so do the substantially different poses that are listed as alternatives.
-    Ambiguous,
+    /// The pose fits, but so do these, which are substantially different; best first.
+    Ambiguous(Vec<Alternative>),
     /// There is no pose, or none that is accepted.
     Failed(Failure),
 }
@@ -24,10 +24,19 @@ impl Verdict {
     pub fn kind(&self) -> VerdictKind {
         match self {
             Verdict::Ok => VerdictKind::Ok,
-            Verdict::Ambiguous => VerdictKind::Ambiguous,
+            Verdict::Ambiguous(_) => VerdictKind::Ambiguous,
             Verdict::Failed(_) => VerdictKind::Failed,
         }
     }
+}
+
+/// A pose that fits nearly as well as the answer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Alternative {
+    /// Maps source coordinates into the target's frame, both as in the files.
+    pub target_from_source: RigidTransform,
+    /// The score of the ranking, as in [`Agreement::score`].
+    pub score: f64,
 }
 
 /// The verdict in one word, as it is printed and stored in files.
@@ -61,11 +70,12 @@ impl fmt::Display for VerdictKind {
 }
 
 /// How many points, keypoints, correspondences and poses there were.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
     /// Points of the scans as provided, without those that [`Scan::new`](congruent_geometry::Scan::new) dropped.
     pub points: Pair<usize>,
     /// Points among these that were left out as strays.
+    #[serde(default)]
     pub strays: Pair<usize>,
     /// Points after sampling.
     pub sampled: Pair<usize>,
@@ -84,7 +94,7 @@ pub struct Counts {
 }
 
 /// How well the two surfaces fit each other under the answer.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Agreement {
     /// The score by which the answer was chosen: overlap, discounted for every contradiction; 0 to 1.
     pub score: f64,
@@ -115,40 +125,50 @@ impl Agreement {
     }
 }
 
-/// The result for one pair of scans.
+/// How well a pose fits, by the dense ranking.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fit {
+    /// How well the surfaces fit each other.
+    pub agreement: Agreement,
+    /// The measurements from which the confidence was computed.
+    pub predictors: Predictors,
+}
+
+/// The best pose that was found, with what was measured of it.
 #[derive(Clone, Debug)]
-pub struct Registration {
-    /// Settings of the attempt that gave the answer.
-    pub settings: Settings,
-    /// Maps source coordinates into the target's frame, both as in the files. If the verdict is `Failed`, the best pose
-    /// found, or `None` if there is none.
-    pub target_from_source: Option<RigidTransform>,
-    /// Whether the pose is accepted.
-    pub verdict: Verdict,
-    /// Substantially different poses that are nearly as good, best first: source to target, file coordinates, with the
-    /// score of the ranking. Empty unless the verdict is `Ambiguous`.
-    pub alternatives: Vec<(RigidTransform, f64)>,
-    /// Probability that the pose is right, 0 to 1; zero without a pose. An ambiguous pose shares it equally with its
-    /// alternatives. Calibrated for the verdict `dense` (see [`crate::Calibration`]); otherwise one half at the border
-    /// between the verdicts.
+pub struct Estimate {
+    /// Maps source coordinates into the target's frame, both as in the files.
+    pub target_from_source: RigidTransform,
+    /// Probability that the pose is right, 0 to 1. An ambiguous pose shares it equally with its alternatives.
+    /// Calibrated for the verdict `dense` (see [`crate::Calibration`]); otherwise one half at the border between the
+    /// verdicts.
     pub confidence: f64,
-    /// Score of the pose by the configured metric.
-    pub score: Option<f64>,
+    /// Score by the configured metric.
+    pub score: f64,
     /// Decimal logarithm of the expected number of random poses with as many inliers, among all that were tried.
-    pub log10_false_alarms: Option<f64>,
+    pub log10_false_alarms: f64,
+    /// How firmly the surfaces hold the pose where they touch.
+    pub hold: Hold,
     /// The viewpoint of each scan in file coordinates, if a single viewpoint explains it, and whether the side to which
     /// the normals point is reliable.
-    pub views: Option<Pair<Oriented>>,
-    /// How firmly the surfaces hold the pose where they touch.
-    pub hold: Option<Hold>,
-    /// The measurements from which the confidence was computed; `None` without a dense ranking.
-    pub predictors: Option<Predictors>,
+    pub views: Pair<Oriented>,
+    /// How well the surfaces fit each other; `None` without a dense ranking.
+    pub fit: Option<Fit>,
     /// How accurate the pose is, in the target's file coordinates; `None` if it was not refined or too little touches
     /// to tell.
     pub uncertainty: Option<Uncertainty>,
-    /// How well the surfaces fit each other; `None` without a dense ranking.
-    pub agreement: Option<Agreement>,
-    /// Counts of the stages of the attempt that gave the answer.
+}
+
+/// The result for one pair of scans.
+#[derive(Clone, Debug)]
+pub struct Registration {
+    /// Whether the pose is accepted.
+    pub verdict: Verdict,
+    /// The best pose found, also if it is not accepted; `None` if there is none, which only the verdict `Failed` allows.
+    pub estimate: Option<Estimate>,
+    /// Settings of the attempt that gave the answer.
+    pub settings: Settings,
+    /// Counts of the stages of that attempt.
     pub counts: Counts,
     /// Mean resolution of the scans as provided, without strays that were left out, data units; zero if sampling
     /// failed. In a [`Collection`](crate::Collection), the shared length.
@@ -170,18 +190,49 @@ pub struct Settings {
 }
 
 impl Registration {
+    /// Returns the pose, source to target in the coordinates of the files: the accepted one, or else the best found.
+    #[must_use]
+    pub fn pose(&self) -> Option<&RigidTransform> {
+        self.estimate.as_ref().map(|estimate| &estimate.target_from_source)
+    }
+
+    /// Returns the probability that the pose is right, 0 to 1; zero without a pose.
+    #[must_use]
+    pub fn confidence(&self) -> f64 {
+        self.estimate.as_ref().map_or(0.0, |estimate| estimate.confidence)
+    }
+
+    /// Returns how well the surfaces fit each other; `None` without a pose or a dense ranking.
+    #[must_use]
+    pub fn fit(&self) -> Option<&Fit> {
+        self.estimate.as_ref().and_then(|estimate| estimate.fit.as_ref())
+    }
+
+    /// Returns how accurate the pose is; `None` without a pose, or if that is not known.
+    #[must_use]
+    pub fn uncertainty(&self) -> Option<&Uncertainty> {
+        self.estimate.as_ref().and_then(|estimate| estimate.uncertainty.as_ref())
+    }
+
+    /// Returns the poses that fit nearly as well, best first; empty unless the verdict is [`Verdict::Ambiguous`].
+    #[must_use]
+    pub fn alternatives(&self) -> &[Alternative] {
+        match &self.verdict {
+            Verdict::Ambiguous(others) => others,
+            _ => &[],
+        }
+    }
+
     /// Returns why the verdict is not `Ok`; `None` if it is.
     #[must_use]
     pub fn reason(&self) -> Option<String> {
         match &self.verdict {
             Verdict::Ok => None,
-            Verdict::Ambiguous => {
-                let others = self.alternatives.len();
-                Some(format!(
-                    "{others} substantially different poses fit nearly as well: the scene is symmetric or repeats itself; \
-                     an initial pose or more overlap would tell them apart"
-                ))
-            }
+            Verdict::Ambiguous(others) => Some(format!(
+                "{} substantially different poses fit nearly as well: the scene is symmetric or repeats itself; an \
+                 initial pose or more overlap would tell them apart",
+                others.len()
+            )),
             Verdict::Failed(failure) => Some(failure.to_string()),
         }
     }

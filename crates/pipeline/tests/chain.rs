@@ -76,7 +76,7 @@ fn error_pr(answer: &RigidTransform, truth: &RigidTransform, source: &RawScan) -
 }
 
 fn pose(registration: &Registration) -> RigidTransform {
-    registration.target_from_source.unwrap()
+    *registration.pose().unwrap()
 }
 
 #[test]
@@ -220,7 +220,13 @@ fn threads_do_not_matter() {
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let found = pool.install(|| run(&pair.source, &pair.target, &config));
-            (found.target_from_source, found.score, found.confidence, found.counts, found.agreement)
+            (
+                found.pose().copied(),
+                found.estimate.as_ref().map(|found| found.score),
+                found.confidence(),
+                found.counts,
+                found.fit().copied(),
+            )
         };
         let one = on(1);
         assert!(one == on(2) && one == on(4), "{name}");
@@ -309,7 +315,7 @@ fn what_slides_on_itself_fails_with_a_reason() {
         let found = run(&source, &target, &config);
         let Verdict::Failed(reason) = &found.verdict else { panic!("{name}, {preset}: {found:?}") };
         assert!(!reason.to_string().is_empty());
-        if let Some(pose) = found.target_from_source {
+        if let Some(&pose) = found.pose() {
             assert!((pose * Point3::from(Vector3::x())).iter().all(|v| v.is_finite()), "{name}");
         }
     }
@@ -330,8 +336,8 @@ fn a_box_fits_in_more_than_one_way() {
     };
     let (source, target) = (all_around(1), all_around(2));
     let found = run(&source, &target, &PipelineConfig::default());
-    assert_eq!(found.verdict, Verdict::Ambiguous, "{found:?}");
-    assert!(!found.alternatives.is_empty());
+    assert!(matches!(found.verdict, Verdict::Ambiguous(_)), "{found:?}");
+    assert!(!found.alternatives().is_empty());
     // An initial guess determines which of the poses is meant.
     let scans = [&source, &target].map(|scan| Scan::new(scan).unwrap());
     let guess = Prior::guess(RigidTransform::identity());
@@ -395,7 +401,7 @@ fn scans_too_small_to_register_fail_with_a_reason() {
     ] {
         let found = run(scan, scan, &config);
         assert!(matches!(found.verdict, Verdict::Failed(_)), "{found:?}");
-        assert!(found.confidence.is_finite() && (0.0..=1.0).contains(&found.confidence));
+        assert!(found.confidence().is_finite() && (0.0..=1.0).contains(&found.confidence()));
     }
     let found = run(
         &line,

@@ -42,8 +42,7 @@ fn nudge() -> RigidTransform {
 fn error(found: &Registration, truth: &RigidTransform, source: &RawScan) -> f64 {
     let scan = Scan::new(source).unwrap();
     let centre = RigidTransform::from_parts(Translation3::from(*scan.origin()), UnitQuaternion::identity());
-    mean_displacement(scan.points(), &(found.target_from_source.unwrap() * centre), &(truth * centre))
-        / found.raw_resolution
+    mean_displacement(scan.points(), &(found.pose().unwrap() * centre), &(truth * centre)) / found.raw_resolution
 }
 
 /// A box, scanned from all sides.
@@ -62,7 +61,7 @@ fn cuboid(seed: u64) -> RawScan {
 #[test]
 fn a_guess_tells_the_sides_of_a_box_apart() {
     let (source, target) = (cuboid(1), cuboid(2));
-    assert_eq!(run(&source, &target, &Prior::default()).verdict, Verdict::Ambiguous);
+    assert!(matches!(run(&source, &target, &Prior::default()).verdict, Verdict::Ambiguous(_)));
     // Each of two poses that fit equally well is the answer if the guess is near it.
     for turn in [0.0, std::f64::consts::PI] {
         let truth = RigidTransform::rotation(Vector3::z() * turn);
@@ -78,7 +77,7 @@ fn bounds_that_exclude_the_truth_fail_and_say_so() {
     let wrong = RigidTransform::rotation(Vector3::new(0.0, 1.5, 0.0)) * pair.target_from_source;
     let found = run_once(&pair.source, &pair.target, &guess(wrong, 10.0, Length::Units(20.0)));
     assert!(matches!(found.verdict, Verdict::Failed(Failure::OutOfBounds { .. })), "{:?}", found.verdict);
-    assert!(angle_between(&found.target_from_source.unwrap(), &wrong) <= 10f64.to_radians() + 1e-9);
+    assert!(angle_between(found.pose().unwrap(), &wrong) <= 10f64.to_radians() + 1e-9);
     let Verdict::Failed(failure) = found.verdict else { return };
     assert!(failure.to_string().contains("within the bounds"));
 }
@@ -105,9 +104,9 @@ fn a_rough_pose_is_refined_and_a_wrong_one_is_not_believed() {
     let off = error(&found, &pair.target_from_source, &pair.source);
     assert!(found.verdict == Verdict::Ok && off < 0.3, "{off} {:?}", found.verdict);
     let wrong = refined(RigidTransform::rotation(Vector3::y() * 1.5) * pair.target_from_source);
-    assert!(matches!(wrong.verdict, Verdict::Failed(_)) && wrong.target_from_source.is_some());
+    assert!(matches!(wrong.verdict, Verdict::Failed(_)) && wrong.estimate.is_some());
     let far = refined(RigidTransform::translation(1e5, 0.0, 0.0));
-    assert!(matches!(far.verdict, Verdict::Failed(_)) && far.uncertainty.is_none());
+    assert!(matches!(far.verdict, Verdict::Failed(_)) && far.uncertainty().is_none());
 }
 
 /// A room scanned all round from one place by a level scanner, which is turned by `yaw`; in the scanner's frame.
@@ -141,7 +140,7 @@ fn levelled_scans_of_a_room_are_turned_about_up_alone() {
     let found = run(&source, &target, &Prior { guess: None, up: Some(up) });
     let off = error(&found, &truth, &source);
     assert!(found.verdict == Verdict::Ok && off < 1.0, "{off} {:?}", found.verdict);
-    assert!((found.target_from_source.unwrap().rotation * up).angle(&up) < 1e-9);
+    assert!((found.pose().unwrap().rotation * up).angle(&up) < 1e-9);
     // Scans that are not level are not forced to be: one tilted by 1.2 radians is out of bounds.
     let turned = RigidTransform::rotation(Vector3::x() * 1.2);
     let lying = run_once(&moved(&source, &turned), &target, &Prior { guess: None, up: Some(Unit::new_normalize(*up)) });

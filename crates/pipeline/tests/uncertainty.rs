@@ -39,9 +39,9 @@ fn errors_are_as_large_as_the_covariance_says() {
         let (source, target) = (Scan::new(&pair.source).unwrap(), Scan::new(&pair.target).unwrap());
         let scans = Pair { source: &source, target: &target };
         let (found, _) = refine(scans, &Prior::guess(start), &config, &|_| {});
-        let known = found.uncertainty.unwrap();
+        let known = found.uncertainty().unwrap();
         assert!(known.free_directions.is_empty());
-        errors.push(normalised_error(&found.target_from_source.unwrap(), &truth, &known));
+        errors.push(normalised_error(found.pose().unwrap(), &truth, known));
     }
     let mean = errors.iter().sum::<f64>() / errors.len() as f64;
     // Six, within a factor of two.

@@ -90,13 +90,13 @@ fn alone(n: usize) -> Model {
 }
 
 fn outcome(source: usize, target: usize, found: &Registration) -> Registered {
-    let others = found.alternatives.iter().map(|(pose, _)| *pose);
+    let others = found.alternatives().iter().map(|other| other.target_from_source);
     Registered {
         source,
         target,
         verdict: found.verdict.kind(),
-        confidence: found.confidence,
-        poses: found.target_from_source.into_iter().chain(others).collect(),
+        confidence: found.confidence(),
+        poses: found.pose().copied().into_iter().chain(others).collect(),
     }
 }
 

@@ -1,9 +1,8 @@
 //! The columns of the tables that are written at the end of a run; docs/FILES.md explains them.
 
 use super::row::Row;
-use crate::result::Counts;
 use congruent_io::csv_line;
-use congruent_pipeline::VerdictKind;
+use congruent_pipeline::{Counts, Pair, VerdictKind};
 
 /// A field of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +43,7 @@ fn words(row: Option<&Row>) -> Vec<(String, Cell<'_>)> {
 }
 
 /// A count for each of the two scans.
-type Two = fn(&Counts) -> [usize; 2];
+type Two = fn(&Counts) -> Pair<usize>;
 
 fn counts(counts: Option<&Counts>) -> Vec<(String, Cell<'static>)> {
     let count = |name: &str, of: &dyn Fn(&Counts) -> u64| (name.to_owned(), Cell::Count(counts.map(of)));
@@ -57,8 +56,8 @@ fn counts(counts: Option<&Counts>) -> Vec<(String, Cell<'static>)> {
         ("described", |c| c.described),
     ];
     for (name, of) in twos {
-        cells.push(count(&format!("{name}_source"), &|c| of(c)[0] as u64));
-        cells.push(count(&format!("{name}_target"), &|c| of(c)[1] as u64));
+        cells.push(count(&format!("{name}_source"), &|c| of(c).source as u64));
+        cells.push(count(&format!("{name}_target"), &|c| of(c).target as u64));
     }
     cells.push(count("correspondences", &|c| c.correspondences as u64));
     cells.push(count("trials", &|c| c.trials));

@@ -1,9 +1,8 @@
 //! The row that is written for a pair; docs/FILES.md explains its fields.
 
 use super::pairs::Job;
-use crate::result::Counts;
 use congruent_geometry::{RigidTransform, angle_between, to_rows};
-use congruent_pipeline::{Registration, VerdictKind};
+use congruent_pipeline::{Counts, Registration, VerdictKind};
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -109,18 +108,18 @@ impl Row {
     pub(super) fn done(asked: Asked<'_>, took: Duration, registration: &Registration, centre: Vector3<f64>) -> Row {
         let mut row = Row::of(asked, took);
         row.timings.extend(registration.timings.iter().map(|t| (t.stage.name().to_owned(), t.time.as_secs_f64())));
-        let pose = registration.target_from_source.as_ref();
+        let pose = registration.pose();
         let errors = pose.zip(asked.job.truth.as_ref()).map(|(pose, truth)| errors(pose, truth, centre));
         Row {
             verdict: Some(registration.verdict.kind()),
             reason: registration.reason(),
             target_from_source: pose.map(to_rows),
-            alternatives: registration.alternatives.iter().map(|(pose, _)| to_rows(pose)).collect(),
-            confidence: Some(registration.confidence),
-            overlap: registration.agreement.map(|agreement| agreement.overlap),
+            alternatives: registration.alternatives().iter().map(|other| to_rows(&other.target_from_source)).collect(),
+            confidence: Some(registration.confidence()),
+            overlap: registration.fit().map(|fit| fit.agreement.overlap),
             rotation_error_deg: errors.map(|e| e.0),
             centre_error: errors.map(|e| e.1),
-            counts: Some(Counts::from(&registration.counts)),
+            counts: Some(registration.counts),
             resolution: Some(registration.resolution),
             ..row
         }

@@ -124,7 +124,7 @@ impl Aligned {
             write_page(path, files, self, None)?;
         }
         if let Some(path) = &args.write_aligned {
-            match (&self.registration.verdict, &self.registration.target_from_source, &self.raw_source) {
+            match (&self.registration.verdict, self.registration.pose(), &self.raw_source) {
                 (Verdict::Ok, Some(pose), Some(source)) => write_moved(path, source, pose)?,
                 _ => output::remark(&format!("{}: not written, because the scans were not registered", path.display())),
             }
@@ -135,7 +135,7 @@ impl Aligned {
     pub(super) fn exit_code(&self) -> ExitCode {
         match self.registration.verdict {
             Verdict::Ok => ExitCode::SUCCESS,
-            Verdict::Ambiguous | Verdict::Failed(_) => ExitCode::from(NOT_REGISTERED),
+            Verdict::Ambiguous(_) | Verdict::Failed(_) => ExitCode::from(NOT_REGISTERED),
         }
     }
 }
@@ -185,7 +185,7 @@ fn is_pose(path: &Path) -> bool {
 /// Writes JSON, or the matrix alone if the file name asks for it.
 fn write_result(path: &Path, aligned: &Aligned) -> Result<()> {
     let wants_matrix = is_pose(path);
-    match &aligned.registration.target_from_source {
+    match aligned.registration.pose() {
         Some(pose) if wants_matrix => {
             write_pose(path, pose)?;
             if aligned.registration.verdict != Verdict::Ok {

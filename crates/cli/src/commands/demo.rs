@@ -48,7 +48,7 @@ pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
     let files = Pair { source: source.as_path(), target: target.as_path() };
     write_page(&directory.join("report.html"), files, &aligned, Some(&pair.target_from_source))?;
     let right = judge(&aligned, &pair.target_from_source)?;
-    if let (Verdict::Ok, Some(pose)) = (&aligned.registration.verdict, &aligned.registration.target_from_source) {
+    if let (Verdict::Ok, Some(pose)) = (&aligned.registration.verdict, aligned.registration.pose()) {
         write_moved(&directory.join("aligned.ply"), &pair.source, pose)?;
         let scans = Pair { source: pair.source.points.as_slice(), target: pair.target.points.as_slice() };
         let picture = before_and_after(scans, Some(pose));
@@ -61,7 +61,7 @@ pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
 /// Compares the answer with the ground truth, and returns whether it is right.
 fn judge(aligned: &Aligned, truth: &RigidTransform) -> Result<bool> {
     let truth = GroundTruth::of_scans(aligned.scans.as_ref(), truth);
-    let Some(errors) = aligned.registration.target_from_source.as_ref().and_then(|pose| truth.errors(pose)) else {
+    let Some(errors) = aligned.registration.pose().and_then(|pose| truth.errors(pose)) else {
         output::data("           truth  no pose to compare")?;
         return Ok(false);
     };

@@ -278,7 +278,7 @@ mod tests {
             let other = register(&scans.source, &scans.target, &config);
             assert_eq!((one.verdict == Verdict::Ok, other.verdict == Verdict::Ok), (expected, expected));
             for found in [&one, &other] {
-                let off = mean_displacement(scans.source.points(), &found.target_from_source.unwrap(), &motion);
+                let off = mean_displacement(scans.source.points(), found.pose().unwrap(), &motion);
                 assert!(off < 0.5 * found.resolution, "{off}");
             }
             assert_eq!(one.settings.config.descriptor, other.settings.config.descriptor);

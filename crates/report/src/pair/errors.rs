@@ -12,7 +12,7 @@ pub(super) const SATURATION_PR: f32 = 10.0;
 impl PairReport<'_> {
     /// Returns the paper's RMSE; `None` without ground truth, pose, or shared surface.
     pub(super) fn rmse_pr(&self) -> Option<f64> {
-        let (pose, truth) = (self.registration.target_from_source.as_ref()?, self.truth?);
+        let (pose, truth) = (self.registration.pose()?, self.truth?);
         GroundTruth::of_scans(self.scans, truth).errors(pose).map(|errors| errors.rmse_pr)
     }
 
@@ -21,7 +21,7 @@ impl PairReport<'_> {
     /// share. Without: the distance to the nearest target point, for points that have one within the saturation. Empty
     /// without a pose.
     pub(super) fn point_errors(&self) -> Vec<f32> {
-        let Some(pose) = &self.registration.target_from_source else { return Vec::new() };
+        let Some(pose) = self.registration.pose() else { return Vec::new() };
         let pr = self.registration.raw_resolution;
         let pose = self.centred(pose);
         let target = NeighborIndex::new(self.scans.target.points());

@@ -6,7 +6,7 @@ mod view;
 use crate::numbers::{digits, pose_rows};
 use crate::page::{Block, Page, Tone};
 use congruent_geometry::{RigidTransform, Scan, angle_between, to_rows};
-use congruent_pipeline::{Pair, PipelineConfig, Registration, Trace, Verdict, VerdictKind};
+use congruent_pipeline::{Fit, Pair, PipelineConfig, Registration, Trace, Verdict, VerdictKind};
 
 /// One pair of scans with its result.
 pub struct PairReport<'a> {
@@ -83,7 +83,7 @@ impl PairReport<'_> {
             VerdictKind::Ambiguous => Tone::Doubtful,
             VerdictKind::Failed => Tone::Bad,
         };
-        let confidence = self.registration.confidence;
+        let confidence = self.registration.confidence();
         let sentence = self.registration.reason().unwrap_or_else(|| {
             "The surfaces fit each other, little contradicts the pose, and no other pose fits nearly as well."
                 .to_owned()
@@ -93,7 +93,7 @@ impl PairReport<'_> {
 
     /// Returns the caption; `off` is the paper's RMSE, in `pr`, if known.
     fn caption(&self, off: Option<f64>) -> String {
-        let moved = match self.registration.target_from_source {
+        let moved = match self.registration.estimate {
             Some(_) => "the source moved onto the target",
             None => "no pose; the scans as provided",
         };
@@ -114,7 +114,7 @@ impl PairReport<'_> {
             ("Poses examined".to_owned(), format!("{} of {} proposed", counts.poses, counts.trials)),
             ("Resolution (1 pr)".to_owned(), format!("{} data units", digits(r.raw_resolution, 4))),
         ];
-        if let Some(agreement) = &r.agreement {
+        if let Some(Fit { agreement, .. }) = r.fit() {
             facts.push(("Overlap of the surfaces".to_owned(), format!("{:.0} %", 100.0 * agreement.overlap)));
             if let Some(residual) = agreement.residual_pr {
                 facts.push(("Distance where they touch".to_owned(), format!("{residual:.2} pr")));
@@ -122,7 +122,7 @@ impl PairReport<'_> {
             let against = 100.0 * (agreement.hover + agreement.occlusion);
             facts.push(("Points that contradict the pose".to_owned(), format!("{against:.1} %")));
         }
-        if let (Some(rmse), Some(pose), Some(truth)) = (off, &r.target_from_source, self.truth) {
+        if let (Some(rmse), Some(pose), Some(truth)) = (off, r.pose(), self.truth) {
             facts.push(("Error against the ground truth, where the scans overlap".to_owned(), format!("{rmse:.2} pr")));
             let angle = angle_between(pose, truth).to_degrees();
             facts.push(("Rotation error against the ground truth".to_owned(), format!("{angle:.2}°")));
@@ -133,10 +133,10 @@ impl PairReport<'_> {
     }
 
     fn pose(&self) -> Vec<Block> {
-        let Some(pose) = &self.registration.target_from_source else {
+        let Some(pose) = self.registration.pose() else {
             return vec![Block::Text("No pose was found.".to_owned())];
         };
-        let reach = self.registration.uncertainty.as_ref().map_or(0.0, |known| known.about.amax());
+        let reach = self.registration.uncertainty().map_or(0.0, |known| known.about.amax());
         let rows = pose_rows(&to_rows(pose), self.registration.raw_resolution, reach);
         let mut what = "Maps source coordinates into the target's frame, as in the files.".to_owned();
         if self.registration.verdict != Verdict::Ok {

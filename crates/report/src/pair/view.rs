@@ -18,7 +18,7 @@ impl PairReport<'_> {
         let scans = self.scans.map(file_points);
         let coordinates =
             scans.as_ref().map(|points| points.iter().map(|p| p.coords.into()).collect::<Vec<[f64; 3]>>());
-        let pose = self.registration.target_from_source.as_ref();
+        let pose = self.registration.pose();
         let fallback = before_and_after(coordinates.as_ref().map(Vec::as_slice), pose);
         let cloud = |name: &str, body, points, colour: &str, errors| {
             Layer::Points(Points { name: name.to_owned(), body, points, colour: colour.to_owned(), errors })
@@ -32,7 +32,12 @@ impl PairReport<'_> {
             states: self.states(),
             layers,
             errors: pose.map(|_| self.legend()),
-            viewpoint: self.registration.views.as_ref().and_then(|views| views.target.viewpoint).map(Point3::from),
+            viewpoint: self
+                .registration
+                .estimate
+                .as_ref()
+                .and_then(|found| found.views.target.viewpoint)
+                .map(Point3::from),
             unit: String::new(),
             fallback,
         }
@@ -51,10 +56,10 @@ impl PairReport<'_> {
     fn states(&self) -> Vec<State> {
         let state = |name: String, pose| State { name, frame_from_body: vec![pose] };
         let mut states = vec![state("as scanned".to_owned(), self.beside())];
-        let Some(pose) = &self.registration.target_from_source else { return states };
+        let Some(pose) = self.registration.pose() else { return states };
         states.extend(self.truth.map(|truth| state("true pose".to_owned(), *truth)));
-        for (i, (other, _)) in (1..).zip(&self.registration.alternatives) {
-            states.push(state(format!("other pose {i}"), *other));
+        for (i, other) in (1..).zip(self.registration.alternatives()) {
+            states.push(state(format!("other pose {i}"), other.target_from_source));
         }
         states.push(state("aligned".to_owned(), *pose));
         states
@@ -74,7 +79,7 @@ impl PairReport<'_> {
     fn correspondences(&self) -> Vec<Layer> {
         let Some(surfaces) = &self.trace.surfaces else { return Vec::new() };
         let threshold = self.config.verdict.inlier_threshold().resolve(self.registration.resolution);
-        let pose = self.registration.target_from_source.as_ref().map(|pose| self.centred(pose));
+        let pose = self.registration.pose().map(|pose| self.centred(pose));
         let (mut agreeing, mut others) = (Vec::new(), Vec::new());
         for matched in &self.trace.matches {
             let (p, q) = (point(&surfaces.source, matched.source), point(&surfaces.target, matched.target));
