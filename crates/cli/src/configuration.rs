@@ -3,16 +3,9 @@
 use crate::args::RunArgs;
 use crate::layers::{self, Sources};
 use anyhow::{Context, Result, anyhow, bail};
-use congruent_pipeline::PipelineConfig;
+use congruent_pipeline::{PipelineConfig, Preset};
 use serde::Deserialize;
 use std::path::Path;
-
-/// The presets, as written in `configs/`.
-pub(crate) const PRESETS: [(&str, &str); 3] = [
-    ("default", include_str!("../../../configs/default.toml")),
-    ("fast", include_str!("../../../configs/fast.toml")),
-    ("paper", include_str!("../../../configs/paper.toml")),
-];
 
 /// What `config show members` prints: every member of every family.
 pub(crate) const MEMBERS: &str = include_str!("../../../configs/members.toml");
@@ -35,8 +28,8 @@ const FAMILIES: [&str; 12] = [
 
 /// Returns the text of a preset.
 pub(crate) fn preset(name: &str) -> Result<&'static str> {
-    PRESETS.iter().find(|p| p.0 == name).map(|p| p.1).ok_or_else(|| {
-        let names = PRESETS.map(|p| p.0);
+    Preset::named(name).map(Preset::toml).ok_or_else(|| {
+        let names = Preset::ALL.map(Preset::name);
         anyhow!("there is no preset '{name}'{}; there are: {}", suggestion(name, &names), names.join(", "))
     })
 }
@@ -49,13 +42,13 @@ pub(crate) fn resolve(args: &RunArgs) -> Result<PipelineConfig> {
 /// Returns the preset that a path names if there is no such file.
 pub(crate) fn named_preset(path: &Path) -> Option<&'static str> {
     let name = path.to_string_lossy();
-    PRESETS.iter().find(|p| p.0 == name && !path.is_file()).map(|p| p.0)
+    Preset::named(&name).filter(|_| !path.is_file()).map(Preset::name)
 }
 
 /// Reads the text of a configuration file.
 pub(crate) fn readable(path: &Path) -> Result<String> {
     std::fs::read_to_string(path).map_err(|error| {
-        let names = PRESETS.map(|p| p.0).join(", ");
+        let names = Preset::ALL.map(Preset::name).join(", ");
         anyhow!("{}: cannot read the configuration: {error}; give a TOML file or a preset ({names})", path.display())
     })
 }
@@ -218,16 +211,11 @@ mod tests {
     }
 
     #[test]
-    fn the_default_preset_is_the_default() {
-        assert_eq!(parse(preset("default").unwrap(), "default").unwrap(), PipelineConfig::default());
-    }
-
-    #[test]
     fn every_preset_is_valid_and_survives_the_round_trip() {
-        for (name, text) in PRESETS {
-            let config = parse(text, name).unwrap();
+        for preset in Preset::ALL {
+            let config = parse(preset.toml(), preset.name()).unwrap();
             let written = toml::to_string(&config).unwrap();
-            assert_eq!(parse(&written, name).unwrap(), config, "{written}");
+            assert_eq!(parse(&written, preset.name()).unwrap(), config, "{written}");
         }
     }
 

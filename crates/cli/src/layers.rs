@@ -129,11 +129,11 @@ fn flatten(key: &str, value: &toml::Value, settings: &mut BTreeMap<String, Strin
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::configuration::PRESETS;
+    use congruent_pipeline::Preset;
 
     #[test]
     fn a_lone_layer_means_what_its_text_means() {
-        for (name, text) in PRESETS {
+        for (name, text) in Preset::ALL.map(|preset| (preset.name(), preset.toml())) {
             let layered = resolve(&Sources { preset: Some(name), ..Sources::default() }).unwrap();
             assert_eq!(layered.config, parse(text, name).unwrap());
         }

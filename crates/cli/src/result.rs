@@ -3,7 +3,7 @@
 use crate::layers::all_settings;
 use crate::reasons::Reasons;
 use congruent_geometry::{Length, Oriented, to_rows};
-use congruent_pipeline::{Agreement, Counts, Pair, PipelineConfig, Registration, Settings, Signs, VerdictKind};
+use congruent_pipeline::{Agreement, Counts, Pair, PipelineConfig, Registration, Settings, Signs, Verdict};
 use congruent_report::{digits, pose_rows};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -19,7 +19,7 @@ pub(crate) struct Report {
     target: String,
     /// Row-major; maps source coordinates into the target's frame.
     target_from_source: Option<[[f64; 4]; 4]>,
-    verdict: VerdictKind,
+    verdict: Verdict,
     reason: Option<String>,
     /// If the verdict is ambiguous, the other poses, best first.
     alternatives: Vec<Alternative>,
@@ -141,13 +141,13 @@ impl Report {
             registration.timings.iter().map(|t| (t.stage.name(), t.time.as_secs_f64())).collect();
         timings.insert("reading", reading.as_secs_f64());
         timings.insert("total", total.as_secs_f64());
-        let found = registration.estimate.as_ref();
+        let found = registration.estimate();
         Report {
             version: env!("CARGO_PKG_VERSION"),
             source: files.source.display().to_string(),
             target: files.target.display().to_string(),
             target_from_source: registration.pose().map(to_rows),
-            verdict: registration.verdict.kind(),
+            verdict: registration.verdict(),
             reason: registration.reason(),
             alternatives: registration.alternatives().iter().map(Alternative::from).collect(),
             confidence: registration.confidence(),

@@ -4,7 +4,7 @@ use crate::{GroundTruth, SHARED_WITHIN_PR, inlier_share, repeatability};
 use congruent_geometry::{RigidTransform, to_rows};
 use congruent_io::csv_line;
 use congruent_metrics::Evidence;
-use congruent_pipeline::{Registration, Trace, VerdictKind};
+use congruent_pipeline::{Registration, Trace, Verdict};
 use serde::{Deserialize, Serialize};
 
 /// Keypoints within this distance, in `pr` of the chain, are the same.
@@ -47,7 +47,7 @@ pub struct PairRow {
     /// Translation error; `None` like `rmse_pr`.
     pub translation: Option<f64>,
     /// The verdict; `None` if a file could not be used.
-    pub verdict: Option<VerdictKind>,
+    pub verdict: Option<Verdict>,
     /// Confidence, 0 to 1; `None` if a file could not be used.
     pub confidence: Option<f64>,
     /// Time from two scans in memory to the answer, seconds.
@@ -142,7 +142,7 @@ impl PairRow {
     #[must_use]
     pub fn judged(mut self, truth: &GroundTruth, registration: &Registration, trace: &Trace, seconds: f64) -> Self {
         self.status = if truth.is_evaluable() { Status::Scored } else { Status::NotEvaluable };
-        self.verdict = Some(registration.verdict.kind());
+        self.verdict = Some(registration.verdict());
         self.confidence = Some(registration.confidence());
         self.seconds = seconds;
         self.n_shared = truth.n_shared();

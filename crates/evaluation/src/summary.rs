@@ -2,7 +2,7 @@
 
 use crate::statistics::{mcnemar, median, p_text, quantile, wilson};
 use crate::{PairRow, Status};
-use congruent_pipeline::VerdictKind;
+use congruent_pipeline::Verdict;
 use std::collections::HashMap;
 use std::fmt::{self, Write};
 
@@ -42,7 +42,7 @@ impl<'a> Summary<'a> {
     #[must_use]
     pub fn verdict_precision(&self) -> (usize, usize) {
         let said_ok: Vec<&PairRow> =
-            self.scored.iter().copied().filter(|row| row.verdict == Some(VerdictKind::Ok)).collect();
+            self.scored.iter().copied().filter(|row| row.verdict == Some(Verdict::Ok)).collect();
         right(&said_ok, VERDICT_D_RMSE)
     }
 
@@ -156,7 +156,7 @@ pub fn mcnemar_of(first: &[PairRow], second: &[PairRow]) -> String {
 mod tests {
     use super::*;
 
-    fn row(pair: &str, overlap: f64, rmse_pr: Option<f64>, verdict: VerdictKind) -> PairRow {
+    fn row(pair: &str, overlap: f64, rmse_pr: Option<f64>, verdict: Verdict) -> PairRow {
         PairRow {
             rmse_pr,
             verdict: Some(verdict),
@@ -169,12 +169,12 @@ mod tests {
 
     fn rows() -> Vec<PairRow> {
         vec![
-            row("1", 0.9, Some(0.7), VerdictKind::Ok),
-            row("2", 0.2, Some(7.0), VerdictKind::Ok),
-            row("3", 0.4, Some(2.4), VerdictKind::Failed),
-            row("4", 0.4, None, VerdictKind::Failed),
-            row("5", 0.4, None, VerdictKind::Failed).with_error("gone".to_owned()),
-            PairRow { status: Status::NotEvaluable, ..row("6", 0.0, None, VerdictKind::Ok) },
+            row("1", 0.9, Some(0.7), Verdict::Ok),
+            row("2", 0.2, Some(7.0), Verdict::Ok),
+            row("3", 0.4, Some(2.4), Verdict::Failed),
+            row("4", 0.4, None, Verdict::Failed),
+            row("5", 0.4, None, Verdict::Failed).with_error("gone".to_owned()),
+            PairRow { status: Status::NotEvaluable, ..row("6", 0.0, None, Verdict::Ok) },
         ]
     }
 

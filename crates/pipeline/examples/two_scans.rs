@@ -3,7 +3,7 @@
 
 use congruent_geometry::Scan;
 use congruent_io::{read_scan, write_pose};
-use congruent_pipeline::{PipelineConfig, Verdict, register};
+use congruent_pipeline::{Outcome, PipelineConfig, register};
 use std::error::Error;
 use std::path::Path;
 
@@ -12,14 +12,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [source, target] = &files[..] else { return Err("usage: two_scans SOURCE TARGET".into()) };
     let scan = |file: &String| -> Result<Scan, Box<dyn Error>> { Ok(Scan::new(&read_scan(Path::new(file))?)?) };
     let found = register(&scan(source)?, &scan(target)?, &PipelineConfig::default());
-    match (&found.verdict, found.pose()) {
-        (Verdict::Ok, Some(pose)) => {
-            println!("registered, with a confidence of {:.3}; see target_from_source.txt", found.confidence());
-            write_pose(Path::new("target_from_source.txt"), pose)?;
+    match &found.outcome {
+        Outcome::Ok(estimate) => {
+            println!("registered, with a confidence of {:.3}; see target_from_source.txt", estimate.confidence);
+            write_pose(Path::new("target_from_source.txt"), &estimate.target_from_source)?;
         }
-        (Verdict::Ambiguous(others), _) => println!("{} other poses fit nearly as well", others.len()),
-        (Verdict::Failed(reason), _) => println!("not registered: {reason}"),
-        (Verdict::Ok, None) => unreachable!("what is ok has a pose"),
+        Outcome::Ambiguous(_, others) => println!("{} other poses fit nearly as well", others.len()),
+        Outcome::Failed(reason, _) => println!("not registered: {reason}"),
     }
     Ok(())
 }

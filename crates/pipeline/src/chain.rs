@@ -8,7 +8,9 @@ use crate::ranking::{Fields, Ranking};
 use crate::refining::{GUESS_RADIUS, drawn_in};
 use crate::stage::Clock;
 use crate::verdict::{Judgement, Significance};
-use crate::{Counts, DenseConfig, Failure, Fit, Pair, PipelineConfig, RankingConfig, Signs, Stage, Trace, stages};
+use crate::{
+    Counts, DenseConfig, Failure, Fit, Pair, PipelineConfig, Prior, RankingConfig, Signs, Stage, Trace, stages,
+};
 use congruent_descriptors::Features;
 use congruent_estimators::Hypothesis;
 use congruent_geometry::{Oriented, RigidTransform, Scan, Surface};
@@ -48,7 +50,9 @@ pub(crate) enum Proposals {
 /// One attempt, with its settings and the counts so far.
 pub(crate) struct Chain<'a, 'c> {
     pub(crate) config: &'a PipelineConfig,
-    pub(crate) bounds: &'a Bounds,
+    pub(crate) prior: &'a Prior,
+    /// The poses that the prior admits, once the scans are sampled.
+    pub(crate) bounds: Bounds,
     pub(crate) proposals: Proposals,
     pub(crate) memory: &'a mut Memory,
     pub(crate) clock: &'a mut Clock<'c>,
@@ -71,15 +75,22 @@ impl<'a> Chain<'a, '_> {
     }
 
     fn registered(&mut self, prepared: &PreparedPair, trace: &mut Trace) -> Result<Answer, Failure> {
-        (trace.keypoints, trace.features) = self.described(&prepared.surfaces);
-        self.answered(prepared, trace)
+        let (keypoints, features) = self.described(&prepared.surfaces);
+        let answer = self.answered(prepared, features.as_ref(), trace);
+        (trace.keypoints, trace.features) = (keypoints, features);
+        answer
     }
 
-    /// Runs the stages after description; the features must be in the trace.
-    pub(crate) fn answered(&mut self, prepared: &PreparedPair, trace: &mut Trace) -> Result<Answer, Failure> {
+    /// Runs the stages after description.
+    pub(crate) fn answered(
+        &mut self,
+        prepared: &PreparedPair,
+        features: Pair<&Features>,
+        trace: &mut Trace,
+    ) -> Result<Answer, Failure> {
         self.enough_points()?;
         let surfaces = &prepared.surfaces;
-        trace.matches = self.matches(&trace.features)?;
+        trace.matches = self.matches(features)?;
         let evidence = self.evidence(surfaces, &trace.matches);
         trace.pool = self.pool(surfaces, &evidence)?;
         let fields = self.fields(surfaces);
@@ -106,6 +117,7 @@ impl<'a> Chain<'a, '_> {
             }
         };
         self.raw_resolution = sampled.raw_resolution;
+        self.bounds = self.prior.bounds(&scans.map(|scan| *scan.origin()), sampled.raw_resolution);
         self.resolution = sampled.resolution;
         self.counts.strays = sampled.strays;
         self.counts.sampled = sampled.prepared.surfaces.as_ref().map(|surface| surface.len());
@@ -153,7 +165,7 @@ impl<'a> Chain<'a, '_> {
         })
     }
 
-    fn matches(&mut self, features: &Pair<Features>) -> Result<Vec<Correspondence>, Failure> {
+    fn matches(&mut self, features: Pair<&Features>) -> Result<Vec<Correspondence>, Failure> {
         let found = self.counts.described;
         if found.source.min(found.target) < 3 && self.proposals == Proposals::Searched {
             return Err(Failure::FewKeypoints { found });
@@ -161,7 +173,7 @@ impl<'a> Chain<'a, '_> {
         let (config, setting) = (self.config, Setting::new(self.config, self.signs));
         let matches = self.memory.matches.get(&setting).unwrap_or_else(|| {
             let matches =
-                self.clock.time(Stage::Matching, || stages::match_features(&features.source, &features.target, config));
+                self.clock.time(Stage::Matching, || stages::match_features(features.source, features.target, config));
             self.memory.matches.keep(setting, &matches);
             matches
         });
@@ -179,7 +191,7 @@ impl<'a> Chain<'a, '_> {
     /// Returns the best poses by the metric that are substantially different, optimised, and the guess. At least one.
     fn pool(&mut self, surfaces: &Pair<Surface>, evidence: &Evidence) -> Result<Vec<Hypothesis>, Failure> {
         let (config, resolution) = (self.config, self.resolution);
-        let (bounds, proposals) = (self.bounds, self.proposals);
+        let (bounds, proposals) = (&self.bounds, self.proposals);
         let search = Search::new(config, self.signs);
         let pool = self.memory.pools.get(&search).unwrap_or_else(|| {
             let pool = self.clock.time(Stage::Estimation, || {
@@ -224,7 +236,7 @@ impl<'a> Chain<'a, '_> {
     where
         'a: 'r,
     {
-        let (bounds, resolution) = (self.bounds, self.resolution);
+        let (bounds, resolution) = (self.bounds.clone(), self.resolution);
         let viewpoints = prepared.trusted_viewpoints();
         let new = || Ranking::new(&prepared.surfaces, fields, &viewpoints, dense, bounds, resolution);
         self.clock.time(Stage::Ranking, new)
@@ -235,7 +247,7 @@ impl<'a> Chain<'a, '_> {
     pub(crate) fn refined(&mut self, surfaces: &Pair<Surface>, pose: &RigidTransform, resolution: f64) -> Refinement {
         let refiner = self.config.refinement.build(resolution, self.bounds.freedom());
         let refined = self.clock.time(Stage::Refinement, || refiner.refine(&surfaces.source, &surfaces.target, pose));
-        match self.bounds.admitted(&refined.target_from_source, resolution) {
+        match self.bounds.admitted(&refined.target_from_source) {
             Some(target_from_source) => Refinement { target_from_source, ..refined },
             None => Refinement { target_from_source: *pose, uncertainty: None, ..refined },
         }
@@ -246,7 +258,6 @@ impl<'a> Chain<'a, '_> {
 /// a guess.
 fn guessed(bounds: &Bounds, surfaces: &Pair<Surface>, resolution: f64) -> Vec<RigidTransform> {
     let Some(guess) = bounds.guess() else { return Vec::new() };
-    let drawn = bounds
-        .admitted(&drawn_in(surfaces, &guess, GUESS_RADIUS * resolution, bounds.freedom(), resolution), resolution);
-    drawn.into_iter().chain([guess]).collect()
+    let drawn = drawn_in(surfaces, &guess, GUESS_RADIUS * resolution, bounds.freedom(), resolution);
+    bounds.admitted(&drawn).into_iter().chain([guess]).collect()
 }

@@ -2,6 +2,7 @@
 
 mod choice;
 mod preparation;
+mod preset;
 
 pub use choice::{
     AContrarioConfig, DenseConfig, DenseVerdictConfig, EscalationStep, PoolConfig, RankingConfig, Signs, VerdictConfig,
@@ -9,6 +10,7 @@ pub use choice::{
 pub use preparation::{
     BudgetConfig, NeighborhoodConfig, NormalSource, NormalsConfig, SamplingConfig, Strays, VoxelGridConfig,
 };
+pub use preset::Preset;
 
 use congruent_descriptors::{DescriptorConfig, FpfhConfig, FpfhVariant, FrameConfig, ShotConfig, ToldiFrameConfig};
 use congruent_estimators::{EstimatorConfig, PivotsConfig};

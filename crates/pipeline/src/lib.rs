@@ -29,16 +29,16 @@ mod verdict;
 pub use collection::{Collection, DescribedScan, ScanSummary, Variant};
 pub use config::{
     AContrarioConfig, BudgetConfig, DenseConfig, DenseVerdictConfig, EscalationStep, NeighborhoodConfig, NormalSource,
-    NormalsConfig, PipelineConfig, PoolConfig, RankingConfig, SamplingConfig, Signs, Strays, VerdictConfig,
+    NormalsConfig, PipelineConfig, PoolConfig, Preset, RankingConfig, SamplingConfig, Signs, Strays, VerdictConfig,
     VoxelGridConfig,
 };
 pub use failure::Failure;
 pub use pair::Pair;
 pub use preparation::count_strays;
 pub use prior::{Guess, MAX_TILT, Prior, tilt};
-pub use refine::refine;
+pub use refine::{refine, refine_traced};
 pub use register::{Tried, register, register_traced, register_tried, register_within};
-pub use registration::{Agreement, Alternative, Counts, Estimate, Fit, Registration, Settings, Verdict, VerdictKind};
+pub use registration::{Agreement, Alternative, Counts, Estimate, Fit, Outcome, Registration, Settings, Verdict};
 pub use stage::{Stage, StageTime};
 pub use trace::Trace;
 pub use verdict::{Calibration, MAX_RESIDUAL_PR, N_TERMS, Predictors, SLIDING_CONFIDENCE};

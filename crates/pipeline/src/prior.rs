@@ -27,36 +27,46 @@ pub struct Guess {
     /// Maximum angle between the rotations of the answer and of the guess, radians; `None` for no limit.
     pub max_rotation: Option<f64>,
     /// Maximum distance between the positions to which the answer and the guess move the source's centre (the middle of
-    /// its bounding box); `pr` is that after sampling. `None` for no limit.
+    /// its bounding box); `pr` is the mean resolution of the scans as provided. `None` for no limit.
     pub max_translation: Option<Length>,
+}
+
+impl Guess {
+    /// Creates a guess that imposes no bounds.
+    #[must_use]
+    pub fn new(target_from_source: RigidTransform) -> Guess {
+        Guess { target_from_source, max_rotation: None, max_translation: None }
+    }
 }
 
 impl Prior {
     /// Creates a prior with a guess that imposes no bounds.
     #[must_use]
     pub fn guess(target_from_source: RigidTransform) -> Prior {
-        Prior { guess: Some(Guess { target_from_source, max_rotation: None, max_translation: None }), up: None }
+        Prior { guess: Some(Guess::new(target_from_source)), up: None }
     }
 
-    /// Converts the prior for scans that were centred at these origins; the guess is made level if the scans are
-    /// levelled.
-    pub(crate) fn bounds(&self, origins: &Pair<Vector3<f64>>) -> Bounds {
-        let mut bounds = Bounds { guess: self.guess.clone(), up: self.up };
-        if let Some(guess) = &mut bounds.guess {
+    /// Returns the poses that the prior admits between scans that were centred at these origins; the guess is made level
+    /// if the scans are levelled. `resolution` is that of the scans as provided, the meaning of `pr`.
+    pub(crate) fn bounds(&self, origins: &Pair<Vector3<f64>>, resolution: f64) -> Bounds {
+        let near = self.guess.as_ref().map(|guess| {
             let pose = &guess.target_from_source;
             let shift = pose * nalgebra::Point3::from(origins.source) - nalgebra::Point3::from(origins.target);
-            guess.target_from_source = RigidTransform::from_parts(Translation3::from(shift), pose.rotation);
-        }
-        bounds.guess =
-            bounds.guess.map(|guess| Guess { target_from_source: level(&guess.target_from_source, self.up), ..guess });
-        bounds
+            let centred = RigidTransform::from_parts(Translation3::from(shift), pose.rotation);
+            Near {
+                guess: level(&centred, self.up),
+                max_rotation: guess.max_rotation,
+                max_translation: guess.max_translation.map(|most| most.resolve(resolution)),
+            }
+        });
+        Bounds { near, up: self.up }
     }
 }
 
-/// The poses between the centred clouds that the answer may be.
+/// The poses between the centred clouds that the answer may be; by default all.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bounds {
-    guess: Option<Guess>,
+    near: Option<Near>,
     up: Option<Unit<Vector3<f64>>>,
 }
 
@@ -68,12 +78,12 @@ impl Bounds {
 
     /// Returns whether poses must be near a guess.
     pub(crate) fn hold_to_guess(&self) -> bool {
-        self.guess.as_ref().is_some_and(|guess| guess.max_rotation.is_some() || guess.max_translation.is_some())
+        self.near.as_ref().is_some_and(|near| near.max_rotation.is_some() || near.max_translation.is_some())
     }
 
     /// Returns the guess, made level if the scans are levelled.
     pub(crate) fn guess(&self) -> Option<RigidTransform> {
-        self.guess.as_ref().map(|guess| guess.target_from_source)
+        self.near.as_ref().map(|near| near.guess)
     }
 
     /// Returns the motions that a refinement may make.
@@ -81,25 +91,31 @@ impl Bounds {
         self.up.map_or(Freedom::All, Freedom::About)
     }
 
-    /// Returns the pose, made level if the scans are levelled; `None` if it is out of bounds. `resolution` is the
-    /// meaning of `pr`.
-    pub(crate) fn admitted(&self, pose: &RigidTransform, resolution: f64) -> Option<RigidTransform> {
+    /// Returns the pose, made level if the scans are levelled; `None` if it is out of bounds.
+    pub(crate) fn admitted(&self, pose: &RigidTransform) -> Option<RigidTransform> {
         if tilt(pose, self.up) > MAX_TILT {
             return None;
         }
         let pose = level(pose, self.up);
-        self.guess.as_ref().is_none_or(|guess| guess.is_near(&pose, resolution)).then_some(pose)
+        self.near.as_ref().is_none_or(|near| near.holds(&pose)).then_some(pose)
     }
 }
 
-impl Guess {
-    /// Returns whether a pose is within both limits of the guess, which are inclusive. Between centred clouds the
-    /// source's centre is the origin.
-    fn is_near(&self, pose: &RigidTransform, resolution: f64) -> bool {
-        let guess = &self.target_from_source;
-        let shift = (pose.translation.vector - guess.translation.vector).norm();
-        self.max_rotation.is_none_or(|most| angle_between(pose, guess) <= most)
-            && self.max_translation.is_none_or(|most| shift <= most.resolve(resolution))
+/// A guess between centred clouds, and how far from it poses may be, data units and radians.
+#[derive(Clone, Debug)]
+struct Near {
+    guess: RigidTransform,
+    max_rotation: Option<f64>,
+    max_translation: Option<f64>,
+}
+
+impl Near {
+    /// Returns whether a pose is within both limits, which are inclusive. Between centred clouds the source's centre is
+    /// the origin.
+    fn holds(&self, pose: &RigidTransform) -> bool {
+        let shift = (pose.translation.vector - self.guess.translation.vector).norm();
+        self.max_rotation.is_none_or(|most| angle_between(pose, &self.guess) <= most)
+            && self.max_translation.is_none_or(|most| shift <= most)
     }
 }
 
@@ -135,12 +151,12 @@ mod tests {
             max_rotation: Some(10f64.to_radians()),
             max_translation: Some(Length::Resolutions(2.0)),
         };
-        let bounds = Prior { guess: Some(guess), up: None }.bounds(&Pair::default());
+        let bounds = Prior { guess: Some(guess), up: None }.bounds(&Pair::default(), 0.5);
         for (degrees, x, admitted) in
             [(30.0, 5.0, true), (39.9, 5.0, true), (40.1, 5.0, false), (30.0, 5.99, true), (30.0, 6.01, false)]
         {
             let pose = turned([0.0, 0.0, 1.0], degrees, [x, 0.0, 0.0]);
-            assert_eq!(bounds.admitted(&pose, 0.5).is_some(), admitted, "{degrees} {x}");
+            assert_eq!(bounds.admitted(&pose).is_some(), admitted, "{degrees} {x}");
         }
     }
 
@@ -156,24 +172,24 @@ mod tests {
             }),
             up: None,
         }
-        .bounds(&origins);
+        .bounds(&origins, 1.0);
         assert!(bounds.guess().unwrap().translation.vector.norm() < 1e-6);
-        assert!(bounds.admitted(&turned([0.0, 0.0, 1.0], 91.0, [0.5, 0.0, 0.0]), 1.0).is_some());
+        assert!(bounds.admitted(&turned([0.0, 0.0, 1.0], 91.0, [0.5, 0.0, 0.0])).is_some());
     }
 
     #[test]
     fn levelled_poses_turn_about_up_alone_and_much_tilt_is_refused() {
         let up = Unit::new_normalize(Vector3::new(0.1, -0.2, 1.0));
-        let bounds = Prior { guess: None, up: Some(up) }.bounds(&Pair::default());
+        let bounds = Prior { guess: None, up: Some(up) }.bounds(&Pair::default(), 0.5);
         let yaw =
             RigidTransform::from_parts(Translation3::new(1.0, 2.0, 3.0), UnitQuaternion::from_axis_angle(&up, 2.5));
         let tilted = RigidTransform::from_parts(
             yaw.translation,
             UnitQuaternion::from_scaled_axis(Vector3::new(0.1, 0.0, 0.0)) * yaw.rotation,
         );
-        let admitted = bounds.admitted(&tilted, 1.0).unwrap();
+        let admitted = bounds.admitted(&tilted).unwrap();
         assert!((admitted.rotation * up).angle(&up) < 1e-9 && angle_between(&admitted, &yaw) < 0.03);
-        assert!(bounds.admitted(&turned([1.0, 0.0, 0.0], 20.0, [0.0; 3]), 1.0).is_none());
+        assert!(bounds.admitted(&turned([1.0, 0.0, 0.0], 20.0, [0.0; 3])).is_none());
         assert!(!bounds.are_open() && Bounds::default().are_open());
     }
 }

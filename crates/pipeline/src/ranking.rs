@@ -47,7 +47,7 @@ impl Fields {
 /// Both surfaces, prepared for measuring how well they fit each other.
 pub(crate) struct Ranking<'a> {
     config: &'a DenseConfig,
-    bounds: &'a Bounds,
+    bounds: Bounds,
     resolution: f64,
     surfaces: Pair<DenseSurface<'a>>,
 }
@@ -75,7 +75,7 @@ impl<'a> Ranking<'a> {
         fields: &'a Pair<Arc<Fields>>,
         viewpoints: &Pair<Option<Vector3<f64>>>,
         config: &'a DenseConfig,
-        bounds: &'a Bounds,
+        bounds: Bounds,
         resolution: f64,
     ) -> Self {
         let parts = surfaces.as_ref().zip(fields.as_ref()).zip(viewpoints.as_ref());
@@ -148,7 +148,7 @@ impl<'a> Ranking<'a> {
         let start_pose = &start.target_from_source;
         let moved = PointToPlane { schedule }.descend(source.surface, target.surface, target.near, start_pose);
         let before = self.judge(start_pose);
-        match self.bounds.admitted(&moved, self.resolution).map(|moved| self.judge(&moved)) {
+        match self.bounds.admitted(&moved).map(|moved| self.judge(&moved)) {
             Some(after) if after.score >= before.score => after,
             _ => before,
         }

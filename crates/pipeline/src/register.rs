@@ -5,10 +5,9 @@ use crate::memory::Memory;
 use crate::prior::Bounds;
 use crate::ranking::Ranked;
 use crate::stage::Clock;
-use crate::verdict::Judgement;
 use crate::{
-    Alternative, Counts, EscalationStep, Estimate, Failure, Pair, PipelineConfig, Predictors, Prior, RankingConfig,
-    Registration, SamplingConfig, Settings, Signs, Stage, Trace, Verdict,
+    Alternative, Counts, EscalationStep, Estimate, Failure, Outcome, Pair, PipelineConfig, Predictors, Prior,
+    RankingConfig, Registration, SamplingConfig, Settings, Signs, Stage, Trace,
 };
 use congruent_geometry::{Oriented, RigidTransform, Scan, uncentred};
 use congruent_refinement::Uncertainty;
@@ -18,23 +17,23 @@ use std::convert::Infallible;
 /// Registers two scans.
 ///
 /// The result is the same, bit for bit, on any number of threads; the work runs on rayon's current thread pool. If a
-/// pair cannot be registered, the verdict contains the reason.
+/// pair cannot be registered, the outcome contains the reason.
 ///
 /// ```
 /// use congruent_geometry::Scan;
-/// use congruent_pipeline::{PipelineConfig, Verdict, register};
+/// use congruent_pipeline::{Outcome, PipelineConfig, register};
 /// use congruent_simulation::pair::{PairOptions, figurine_pair};
 ///
 /// // Two looks at a figurine; `congruent_io::read_scan` reads yours.
 /// let pair = figurine_pair(&PairOptions::default());
 /// let (source, target) = (Scan::new(&pair.source)?, Scan::new(&pair.target)?);
 /// let found = register(&source, &target, &PipelineConfig::default());
-/// match (&found.verdict, found.pose()) {
-///     (Verdict::Ok, Some(pose)) => println!("{pose}"),
-///     (Verdict::Failed(reason), _) => println!("not registered: {reason}"),
-///     _ => println!("{} other poses fit nearly as well", found.alternatives().len()),
+/// match &found.outcome {
+///     Outcome::Ok(estimate) => println!("{}", estimate.target_from_source),
+///     Outcome::Ambiguous(_, others) => println!("{} other poses fit nearly as well", others.len()),
+///     Outcome::Failed(reason, _) => println!("not registered: {reason}"),
 /// }
-/// assert_eq!(found.verdict, Verdict::Ok);
+/// assert!(matches!(found.outcome, Outcome::Ok(_)));
 /// # Ok::<(), congruent_geometry::ScanError>(())
 /// ```
 #[must_use]
@@ -61,11 +60,10 @@ pub fn register_traced(
     config: &PipelineConfig,
     observe: &dyn Fn(Stage),
 ) -> (Registration, Trace) {
-    let bounds = prior.bounds(&scans.map(|scan| *scan.origin()));
     let mut clock = Clock::new(observe);
     let mut memory = Memory::default();
     let Ok(mut best) = escalated(config, &mut clock, |config, signs, clock| {
-        Ok::<_, Infallible>(attempt(&scans, &bounds, Proposals::Searched, config, signs, &mut memory, clock))
+        Ok::<_, Infallible>(attempt(&scans, prior, Proposals::Searched, config, signs, &mut memory, clock))
     });
     let trace = std::mem::take(&mut best.trace);
     (best.registration(&scans.map(|scan| *scan.origin()), clock), trace)
@@ -125,11 +123,11 @@ pub struct Tried {
 pub fn register_tried(source: &Scan, target: &Scan, config: &PipelineConfig, enough: f64) -> Vec<Tried> {
     let scans = Pair { source, target };
     let origins = scans.map(|scan| *scan.origin());
-    let bounds = Prior::default().bounds(&origins);
+    let prior = Prior::default();
     let (mut clock, mut memory) = (Clock::new(&|_| ()), Memory::default());
     let mut tried = Vec::new();
     for (changed, signs) in config.attempts() {
-        let made = attempt(&scans, &bounds, Proposals::Searched, &changed, signs, &mut memory, &mut clock);
+        let made = attempt(&scans, &prior, Proposals::Searched, &changed, signs, &mut memory, &mut clock);
         let Some(Attempt { outcome: Ok(answer), .. }) = made else { continue };
         tried.push(Tried {
             target_from_source: uncentred(&answer.target_from_source, &origins.source, &origins.target),
@@ -157,7 +155,7 @@ pub(crate) struct Attempt {
 /// Runs the chain once; `None` if it would only repeat an earlier run.
 pub(crate) fn attempt(
     scans: &Pair<&Scan>,
-    bounds: &Bounds,
+    prior: &Prior,
     proposals: Proposals,
     config: &PipelineConfig,
     signs: Signs,
@@ -165,8 +163,18 @@ pub(crate) fn attempt(
     clock: &mut Clock<'_>,
 ) -> Option<Attempt> {
     let counts = Counts { points: scans.map(|scan| scan.points().len()), ..Counts::default() };
-    let mut chain =
-        Chain { config, bounds, proposals, memory, clock, signs, counts, raw_resolution: 0.0, resolution: 0.0 };
+    let mut chain = Chain {
+        config,
+        prior,
+        bounds: Bounds::default(),
+        proposals,
+        memory,
+        clock,
+        signs,
+        counts,
+        raw_resolution: 0.0,
+        resolution: 0.0,
+    };
     let mut trace = Trace::default();
     let extents = || scans.map(|scan| scan.extent().max());
     let outcome = chain.run(scans, &mut trace)?.map_err(|failure| failure.explained(extents()));
@@ -190,13 +198,12 @@ impl Attempt {
     }
 
     pub(crate) fn registration(self, origins: &Pair<Vector3<f64>>, clock: Clock<'_>) -> Registration {
-        let (verdict, estimate) = match self.outcome {
-            Err(failure) => (Verdict::Failed(failure), None),
-            Ok(answer) => (answer.judgement.verdict(origins), Some(answer.estimate(origins))),
+        let outcome = match self.outcome {
+            Err(failure) => Outcome::Failed(failure, None),
+            Ok(answer) => answer.outcome(origins),
         };
         Registration {
-            verdict,
-            estimate,
+            outcome,
             settings: self.settings,
             counts: self.counts,
             raw_resolution: self.raw_resolution,
@@ -206,23 +213,20 @@ impl Attempt {
     }
 }
 
-impl Judgement {
-    fn verdict(&self, origins: &Pair<Vector3<f64>>) -> Verdict {
-        if let Some(doubt) = &self.doubt {
-            return Verdict::Failed(doubt.clone());
-        }
-        if self.rivals.is_empty() {
-            return Verdict::Ok;
+impl Answer {
+    fn outcome(mut self, origins: &Pair<Vector3<f64>>) -> Outcome {
+        if let Some(doubt) = self.judgement.doubt.take() {
+            return Outcome::Failed(doubt, Some(self.estimate(origins)));
         }
         let alternative = |rival: &Ranked| Alternative {
             target_from_source: uncentred(&rival.target_from_source, &origins.source, &origins.target),
             score: rival.score.value(),
         };
-        Verdict::Ambiguous(self.rivals.iter().map(alternative).collect())
+        let others: Vec<Alternative> = self.judgement.rivals.iter().map(alternative).collect();
+        let estimate = self.estimate(origins);
+        if others.is_empty() { Outcome::Ok(estimate) } else { Outcome::Ambiguous(estimate, others) }
     }
-}
 
-impl Answer {
     /// Converts the answer to file coordinates.
     fn estimate(self, origins: &Pair<Vector3<f64>>) -> Estimate {
         Estimate {

@@ -7,27 +7,15 @@ use congruent_refinement::{Hold, Uncertainty};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Whether the pose is accepted.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Verdict {
+/// The pose that was found, and whether it is accepted.
+#[derive(Clone, Debug)]
+pub enum Outcome {
     /// The pose is accepted.
-    Ok,
-    /// The pose fits, but so do these, which are substantially different; best first.
-    Ambiguous(Vec<Alternative>),
-    /// There is no pose, or none that is accepted.
-    Failed(Failure),
-}
-
-impl Verdict {
-    /// Returns the verdict without the reason.
-    #[must_use]
-    pub fn kind(&self) -> VerdictKind {
-        match self {
-            Verdict::Ok => VerdictKind::Ok,
-            Verdict::Ambiguous(_) => VerdictKind::Ambiguous,
-            Verdict::Failed(_) => VerdictKind::Failed,
-        }
-    }
+    Ok(Estimate),
+    /// The pose fits, but so do the others, which are substantially different; best first.
+    Ambiguous(Estimate, Vec<Alternative>),
+    /// No pose is accepted; the best one found, if there is any, is not to be relied on.
+    Failed(Failure, Option<Estimate>),
 }
 
 /// A pose that fits nearly as well as the answer.
@@ -39,10 +27,10 @@ pub struct Alternative {
     pub score: f64,
 }
 
-/// The verdict in one word, as it is printed and stored in files.
+/// The outcome in one word, as it is printed and stored in files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum VerdictKind {
+pub enum Verdict {
     /// The pose is accepted.
     Ok,
     /// The pose is one of several that fit equally well.
@@ -51,19 +39,19 @@ pub enum VerdictKind {
     Failed,
 }
 
-impl VerdictKind {
+impl Verdict {
     /// Returns `ok`, `ambiguous` or `failed`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            VerdictKind::Ok => "ok",
-            VerdictKind::Ambiguous => "ambiguous",
-            VerdictKind::Failed => "failed",
+            Verdict::Ok => "ok",
+            Verdict::Ambiguous => "ambiguous",
+            Verdict::Failed => "failed",
         }
     }
 }
 
-impl fmt::Display for VerdictKind {
+impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
@@ -162,10 +150,8 @@ pub struct Estimate {
 /// The result for one pair of scans.
 #[derive(Clone, Debug)]
 pub struct Registration {
-    /// Whether the pose is accepted.
-    pub verdict: Verdict,
-    /// The best pose found, also if it is not accepted; `None` if there is none, which only the verdict `Failed` allows.
-    pub estimate: Option<Estimate>,
+    /// The pose, and whether it is accepted.
+    pub outcome: Outcome,
     /// Settings of the attempt that gave the answer.
     pub settings: Settings,
     /// Counts of the stages of that attempt.
@@ -190,50 +176,78 @@ pub struct Settings {
 }
 
 impl Registration {
+    /// Returns whether the pose is accepted.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        match &self.outcome {
+            Outcome::Ok(_) => Verdict::Ok,
+            Outcome::Ambiguous(..) => Verdict::Ambiguous,
+            Outcome::Failed(..) => Verdict::Failed,
+        }
+    }
+
+    /// Returns the best pose found, whatever the verdict; `None` if there is none.
+    #[must_use]
+    pub fn estimate(&self) -> Option<&Estimate> {
+        match &self.outcome {
+            Outcome::Ok(estimate) | Outcome::Ambiguous(estimate, _) => Some(estimate),
+            Outcome::Failed(_, estimate) => estimate.as_ref(),
+        }
+    }
+
     /// Returns the pose, source to target in the coordinates of the files: the accepted one, or else the best found.
     #[must_use]
     pub fn pose(&self) -> Option<&RigidTransform> {
-        self.estimate.as_ref().map(|estimate| &estimate.target_from_source)
+        self.estimate().map(|estimate| &estimate.target_from_source)
     }
 
     /// Returns the probability that the pose is right, 0 to 1; zero without a pose.
     #[must_use]
     pub fn confidence(&self) -> f64 {
-        self.estimate.as_ref().map_or(0.0, |estimate| estimate.confidence)
+        self.estimate().map_or(0.0, |estimate| estimate.confidence)
     }
 
     /// Returns how well the surfaces fit each other; `None` without a pose or a dense ranking.
     #[must_use]
     pub fn fit(&self) -> Option<&Fit> {
-        self.estimate.as_ref().and_then(|estimate| estimate.fit.as_ref())
+        self.estimate().and_then(|estimate| estimate.fit.as_ref())
     }
 
     /// Returns how accurate the pose is; `None` without a pose, or if that is not known.
     #[must_use]
     pub fn uncertainty(&self) -> Option<&Uncertainty> {
-        self.estimate.as_ref().and_then(|estimate| estimate.uncertainty.as_ref())
+        self.estimate().and_then(|estimate| estimate.uncertainty.as_ref())
     }
 
-    /// Returns the poses that fit nearly as well, best first; empty unless the verdict is [`Verdict::Ambiguous`].
+    /// Returns the poses that fit nearly as well, best first; empty unless the verdict is ambiguous.
     #[must_use]
     pub fn alternatives(&self) -> &[Alternative] {
-        match &self.verdict {
-            Verdict::Ambiguous(others) => others,
+        match &self.outcome {
+            Outcome::Ambiguous(_, others) => others,
             _ => &[],
         }
     }
 
-    /// Returns why the verdict is not `Ok`; `None` if it is.
+    /// Returns why no pose is accepted; `None` unless the verdict is failed.
+    #[must_use]
+    pub fn failure(&self) -> Option<&Failure> {
+        match &self.outcome {
+            Outcome::Failed(failure, _) => Some(failure),
+            _ => None,
+        }
+    }
+
+    /// Returns in words why the pose is not accepted; `None` if it is.
     #[must_use]
     pub fn reason(&self) -> Option<String> {
-        match &self.verdict {
-            Verdict::Ok => None,
-            Verdict::Ambiguous(others) => Some(format!(
+        match &self.outcome {
+            Outcome::Ok(_) => None,
+            Outcome::Ambiguous(_, others) => Some(format!(
                 "{} substantially different poses fit nearly as well: the scene is symmetric or repeats itself; an \
                  initial pose or more overlap would tell them apart",
                 others.len()
             )),
-            Verdict::Failed(failure) => Some(failure.to_string()),
+            Outcome::Failed(failure, _) => Some(failure.to_string()),
         }
     }
 }

@@ -59,11 +59,11 @@ impl Chain<'_, '_> {
             return Err(self.bounded(doubt));
         }
         let (surfaces, viewpoints) = (&prepared.surfaces, prepared.trusted_viewpoints());
-        let many = Ranking::new(surfaces, &fields, &viewpoints, dense, self.bounds, resolution);
+        let many = Ranking::new(surfaces, &fields, &viewpoints, dense, self.bounds.clone(), resolution);
         let (rough, radius) = (&answer.target_from_source, RADIUS * self.resolution);
         let freedom = self.bounds.freedom();
         let drawn = self.clock.time(Stage::Refinement, || drawn_in(surfaces, rough, radius, freedom, resolution));
-        let start = self.bounds.admitted(&drawn, resolution).unwrap_or(*rough);
+        let start = self.bounds.admitted(&drawn).unwrap_or(*rough);
         let refined = self.refined(surfaces, &start, resolution);
         let (before, after) = (many.judge(rough), many.judge(&refined.target_from_source));
         let found = if after.score.value() > before.score.value() { after } else { before };

@@ -195,7 +195,7 @@ pub(crate) fn estimate_within(
         let best = sample_hypotheses(generator.as_ref(), metric.as_ref(), evidence, 1);
         return Pool { hypotheses: optimised(best), trials };
     }
-    let admitted = |hypotheses: Vec<Hypothesis>| admitted(hypotheses, bounds, metric.as_ref(), evidence, resolution);
+    let admitted = |hypotheses: Vec<Hypothesis>| admitted(hypotheses, bounds, metric.as_ref(), evidence);
     let all = admitted(sample_hypotheses(generator.as_ref(), metric.as_ref(), evidence, MOST_HYPOTHESES));
     let promising = distinctness.distinct(&all, OPTIMISED_PER_KEPT * n.max(1));
     let better = admitted(optimised(promising));
@@ -203,18 +203,12 @@ pub(crate) fn estimate_within(
 }
 
 /// Returns the poses that the bounds admit, made level if the scans are levelled; best first.
-fn admitted(
-    hypotheses: Vec<Hypothesis>,
-    bounds: &Bounds,
-    metric: &dyn Metric,
-    evidence: &Evidence,
-    resolution: f64,
-) -> Vec<Hypothesis> {
+fn admitted(hypotheses: Vec<Hypothesis>, bounds: &Bounds, metric: &dyn Metric, evidence: &Evidence) -> Vec<Hypothesis> {
     if bounds.are_open() {
         return hypotheses;
     }
     let scored = |h: &Hypothesis| {
-        let target_from_source = bounds.admitted(&h.target_from_source, resolution)?;
+        let target_from_source = bounds.admitted(&h.target_from_source)?;
         Some(Hypothesis { target_from_source, score: metric.score(evidence, &target_from_source), ..*h })
     };
     let mut kept: Vec<Hypothesis> = hypotheses.par_iter().filter_map(scored).collect();
@@ -252,8 +246,7 @@ pub fn agreement(
     resolution: f64,
 ) -> Agreement {
     let fields = surfaces.as_ref().par_map(|surface| Arc::new(Fields::new(surface, config, resolution)));
-    let bounds = Bounds::default();
-    let ranking = Ranking::new(surfaces, &fields, &Pair::default(), config, &bounds, resolution);
+    let ranking = Ranking::new(surfaces, &fields, &Pair::default(), config, Bounds::default(), resolution);
     Agreement::new(&ranking.judge(target_from_source), resolution)
 }
 

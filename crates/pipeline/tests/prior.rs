@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use congruent_geometry::{Length, RawScan, RigidTransform, Scan, angle_between, mean_displacement};
-use congruent_pipeline::{Failure, Guess, Pair, PipelineConfig, Prior, Registration, Verdict, refine, register_within};
+use congruent_pipeline::{Failure, Guess, PipelineConfig, Prior, Registration, Verdict, refine, register_within};
 use congruent_simulation::nuisances::moved;
 use congruent_simulation::pair::{PairOptions, ScanPair, figurine_pair};
 use congruent_simulation::scanner::{RangeNoise, VirtualScanner, look_at};
@@ -61,13 +61,13 @@ fn cuboid(seed: u64) -> RawScan {
 #[test]
 fn a_guess_tells_the_sides_of_a_box_apart() {
     let (source, target) = (cuboid(1), cuboid(2));
-    assert!(matches!(run(&source, &target, &Prior::default()).verdict, Verdict::Ambiguous(_)));
+    assert_eq!(run(&source, &target, &Prior::default()).verdict(), Verdict::Ambiguous);
     // Each of two poses that fit equally well is the answer if the guess is near it.
     for turn in [0.0, std::f64::consts::PI] {
         let truth = RigidTransform::rotation(Vector3::z() * turn);
         let rough = RigidTransform::new(Vector3::new(2.0, 1.0, -1.0), Vector3::new(0.03, -0.05, 0.08)) * truth;
         let found = run(&source, &target, &guess(rough, 20.0, Length::Units(10.0)));
-        assert!(found.verdict == Verdict::Ok && error(&found, &truth, &source) < 1.0, "{turn} {:?}", found.verdict);
+        assert!(found.verdict() == Verdict::Ok && error(&found, &truth, &source) < 1.0, "{turn} {:?}", found.outcome);
     }
 }
 
@@ -76,10 +76,24 @@ fn bounds_that_exclude_the_truth_fail_and_say_so() {
     let pair = figurine();
     let wrong = RigidTransform::rotation(Vector3::new(0.0, 1.5, 0.0)) * pair.target_from_source;
     let found = run_once(&pair.source, &pair.target, &guess(wrong, 10.0, Length::Units(20.0)));
-    assert!(matches!(found.verdict, Verdict::Failed(Failure::OutOfBounds { .. })), "{:?}", found.verdict);
-    assert!(angle_between(found.pose().unwrap(), &wrong) <= 10f64.to_radians() + 1e-9);
-    let Verdict::Failed(failure) = found.verdict else { return };
+    let Some(failure @ Failure::OutOfBounds { .. }) = found.failure() else { panic!("{:?}", found.outcome) };
     assert!(failure.to_string().contains("within the bounds"));
+    assert!(angle_between(found.pose().unwrap(), &wrong) <= 10f64.to_radians() + 1e-9);
+}
+
+#[test]
+fn a_bound_in_resolutions_is_the_same_length_in_every_attempt() {
+    let pair = figurine();
+    let shift = |resolutions: f64, pr: f64| RigidTransform::translation(resolutions * pr, 0.0, 0.0);
+    let pr = run(&pair.source, &pair.target, &Prior::default()).raw_resolution;
+    let bounded = |resolutions: f64| {
+        let off = shift(resolutions, pr) * pair.target_from_source;
+        run(&pair.source, &pair.target, &guess(off, 10.0, Length::Resolutions(6.0)))
+    };
+    assert_eq!(bounded(5.5).verdict(), Verdict::Ok);
+    // Within six times the distance of the points after sampling, but not of those of the scans.
+    let beyond = bounded(7.0);
+    assert!(matches!(beyond.failure(), Some(Failure::OutOfBounds { .. })), "{:?}", beyond.outcome);
 }
 
 #[test]
@@ -88,7 +102,7 @@ fn a_good_guess_changes_nothing_and_a_bad_one_does_no_harm() {
     for start in [nudge() * pair.target_from_source, RigidTransform::rotation(Vector3::y() * 2.0)] {
         let found = run(&pair.source, &pair.target, &Prior::guess(start));
         let error = error(&found, &pair.target_from_source, &pair.source);
-        assert!(found.verdict == Verdict::Ok && error < 0.3, "{error} {:?}", found.verdict);
+        assert!(found.verdict() == Verdict::Ok && error < 0.3, "{error} {:?}", found.outcome);
     }
 }
 
@@ -96,17 +110,14 @@ fn a_good_guess_changes_nothing_and_a_bad_one_does_no_harm() {
 fn a_rough_pose_is_refined_and_a_wrong_one_is_not_believed() {
     let pair = figurine();
     let (source, target) = (Scan::new(&pair.source).unwrap(), Scan::new(&pair.target).unwrap());
-    let refined = |start: RigidTransform| {
-        let scans = Pair { source: &source, target: &target };
-        refine(scans, &Prior::guess(start), &PipelineConfig::default(), &|_| {}).0
-    };
+    let refined = |start: RigidTransform| refine(&source, &target, &Guess::new(start), &PipelineConfig::default());
     let found = refined(nudge() * pair.target_from_source);
     let off = error(&found, &pair.target_from_source, &pair.source);
-    assert!(found.verdict == Verdict::Ok && off < 0.3, "{off} {:?}", found.verdict);
+    assert!(found.verdict() == Verdict::Ok && off < 0.3, "{off} {:?}", found.outcome);
     let wrong = refined(RigidTransform::rotation(Vector3::y() * 1.5) * pair.target_from_source);
-    assert!(matches!(wrong.verdict, Verdict::Failed(_)) && wrong.estimate.is_some());
+    assert!(wrong.verdict() == Verdict::Failed && wrong.estimate().is_some());
     let far = refined(RigidTransform::translation(1e5, 0.0, 0.0));
-    assert!(matches!(far.verdict, Verdict::Failed(_)) && far.uncertainty().is_none());
+    assert!(far.verdict() == Verdict::Failed && far.uncertainty().is_none());
 }
 
 /// A room scanned all round from one place by a level scanner, which is turned by `yaw`; in the scanner's frame.
@@ -139,10 +150,10 @@ fn levelled_scans_of_a_room_are_turned_about_up_alone() {
     let up = Vector3::z_axis();
     let found = run(&source, &target, &Prior { guess: None, up: Some(up) });
     let off = error(&found, &truth, &source);
-    assert!(found.verdict == Verdict::Ok && off < 1.0, "{off} {:?}", found.verdict);
+    assert!(found.verdict() == Verdict::Ok && off < 1.0, "{off} {:?}", found.outcome);
     assert!((found.pose().unwrap().rotation * up).angle(&up) < 1e-9);
     // Scans that are not level are not forced to be: one tilted by 1.2 radians is out of bounds.
     let turned = RigidTransform::rotation(Vector3::x() * 1.2);
     let lying = run_once(&moved(&source, &turned), &target, &Prior { guess: None, up: Some(Unit::new_normalize(*up)) });
-    assert!(!matches!(lying.verdict, Verdict::Ok), "{:?}", lying.verdict);
+    assert!(lying.verdict() != Verdict::Ok, "{:?}", lying.outcome);
 }

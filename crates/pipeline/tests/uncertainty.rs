@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests")]
 
 use congruent_geometry::{NeighborIndex, RigidTransform, Scan, resolution};
-use congruent_pipeline::{Pair, PipelineConfig, Prior, refine};
+use congruent_pipeline::{Guess, PipelineConfig, refine};
 use congruent_refinement::Uncertainty;
 use congruent_simulation::pair::{PairOptions, figurine_pair};
 use congruent_simulation::scanner::RangeNoise;
@@ -37,8 +37,7 @@ fn errors_are_as_large_as_the_covariance_says() {
         let truth = pair.target_from_source;
         let start = RigidTransform::new(Vector3::new(pr, -pr, 0.5 * pr), Vector3::new(0.002, -0.001, 0.002)) * truth;
         let (source, target) = (Scan::new(&pair.source).unwrap(), Scan::new(&pair.target).unwrap());
-        let scans = Pair { source: &source, target: &target };
-        let (found, _) = refine(scans, &Prior::guess(start), &config, &|_| {});
+        let found = refine(&source, &target, &Guess::new(start), &config);
         let known = found.uncertainty().unwrap();
         assert!(known.free_directions.is_empty());
         errors.push(normalised_error(found.pose().unwrap(), &truth, known));

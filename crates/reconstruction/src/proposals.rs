@@ -3,7 +3,7 @@
 use crate::Surfaces;
 use congruent_geometry::RigidTransform;
 use congruent_multiway::{Belief, Candidate};
-use congruent_pipeline::VerdictKind;
+use congruent_pipeline::Verdict;
 use rayon::prelude::*;
 
 /// The outcome of one registered pair. Scans are given by their position in a list.
@@ -14,7 +14,7 @@ pub struct Registered {
     /// The scan that stays.
     pub target: usize,
     /// The verdict of the registration on its pose.
-    pub verdict: VerdictKind,
+    pub verdict: Verdict,
     /// Confidence in the first pose.
     pub confidence: f64,
     /// `target_from_source` in file coordinates, best first; further poses are the alternatives of an ambiguous pair.
@@ -55,10 +55,10 @@ pub fn proposals(pairs: &[Registered], surfaces: &Surfaces) -> Vec<Proposal> {
     pairs.par_iter().enumerate().map(proposed).collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
-fn belief(verdict: VerdictKind) -> Belief {
+fn belief(verdict: Verdict) -> Belief {
     match verdict {
-        VerdictKind::Ok => Belief::Believed,
-        VerdictKind::Ambiguous => Belief::Uncertain,
-        VerdictKind::Failed => Belief::Doubted,
+        Verdict::Ok => Belief::Believed,
+        Verdict::Ambiguous => Belief::Uncertain,
+        Verdict::Failed => Belief::Doubted,
     }
 }

@@ -94,7 +94,7 @@ fn outcome(source: usize, target: usize, found: &Registration) -> Registered {
     Registered {
         source,
         target,
-        verdict: found.verdict.kind(),
+        verdict: found.verdict(),
         confidence: found.confidence(),
         poses: found.pose().copied().into_iter().chain(others).collect(),
     }

@@ -14,7 +14,8 @@ pub(crate) struct PriorArgs {
     /// Only poses rotated by at most DEG degrees relative to --init
     #[arg(long, value_name = "DEG", value_parser = degrees, requires = "init")]
     pub(crate) max_rotation: Option<f64>,
-    /// Only poses that move the centre of the source's bounding box by at most LENGTH from where --init puts it (5u, 20pr)
+    /// Only poses that move the centre of the source's bounding box by at most LENGTH from where --init puts it (5u, 20pr;
+    /// 1pr is the mean resolution of the scans as provided)
     #[arg(long, value_name = "LENGTH", value_parser = length, requires = "init")]
     pub(crate) max_translation: Option<Length>,
     #[command(flatten)]

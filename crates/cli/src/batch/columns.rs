@@ -2,7 +2,7 @@
 
 use super::row::Row;
 use congruent_io::csv_line;
-use congruent_pipeline::{Counts, Pair, VerdictKind};
+use congruent_pipeline::{Counts, Pair, Verdict};
 
 /// A field of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +32,7 @@ fn words(row: Option<&Row>) -> Vec<(String, Cell<'_>)> {
         text("source", row.map(|row| row.source.as_str())),
         text("target", row.map(|row| row.target.as_str())),
         text("status", row.map(|row| row.status.name())),
-        text("verdict", row.and_then(|row| row.verdict.map(VerdictKind::name))),
+        text("verdict", row.and_then(|row| row.verdict.map(Verdict::name))),
         text("reason", row.and_then(|row| row.reason.as_deref())),
         text("error", row.and_then(|row| row.error.as_deref())),
         number("confidence", row.and_then(|row| row.confidence)),

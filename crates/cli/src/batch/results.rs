@@ -10,7 +10,7 @@ use crate::fingerprint::fnv;
 use crate::journal::{Journal, read_rows, write_rows};
 use anyhow::{Context, Result, bail};
 use congruent_io::write_file;
-use congruent_pipeline::{PipelineConfig, VerdictKind};
+use congruent_pipeline::{PipelineConfig, Verdict};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
@@ -183,7 +183,7 @@ pub(super) fn put(folder: &Path, mut rows: Vec<Row>) -> Result<Summary> {
 /// The outcomes of a folder's rows, counted.
 pub(super) struct Summary {
     rows: usize,
-    verdicts: BTreeMap<VerdictKind, usize>,
+    verdicts: BTreeMap<Verdict, usize>,
     /// Number of rows without a verdict.
     pub(super) errors: usize,
 }

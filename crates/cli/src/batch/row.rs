@@ -2,7 +2,7 @@
 
 use super::pairs::Job;
 use congruent_geometry::{RigidTransform, angle_between, to_rows};
-use congruent_pipeline::{Counts, Registration, VerdictKind};
+use congruent_pipeline::{Counts, Registration, Verdict};
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ pub(crate) struct Row {
     pub(crate) source: String,
     pub(crate) target: String,
     pub(super) status: Status,
-    pub(crate) verdict: Option<VerdictKind>,
+    pub(crate) verdict: Option<Verdict>,
     pub(super) reason: Option<String>,
     pub(crate) error: Option<String>,
     pub(crate) target_from_source: Option<[[f64; 4]; 4]>,
@@ -111,7 +111,7 @@ impl Row {
         let pose = registration.pose();
         let errors = pose.zip(asked.job.truth.as_ref()).map(|(pose, truth)| errors(pose, truth, centre));
         Row {
-            verdict: Some(registration.verdict.kind()),
+            verdict: Some(registration.verdict()),
             reason: registration.reason(),
             target_from_source: pose.map(to_rows),
             alternatives: registration.alternatives().iter().map(|other| to_rows(&other.target_from_source)).collect(),
@@ -133,7 +133,7 @@ impl Row {
             (verdict, None) => format!(
                 "{} {} (confidence {:.3}, {seconds:.1} s)",
                 self.id,
-                verdict.map_or("without a verdict", VerdictKind::name),
+                verdict.map_or("without a verdict", Verdict::name),
                 self.confidence.unwrap_or_default()
             ),
         }
@@ -160,7 +160,7 @@ pub(super) mod tests {
 
     /// A row of a pair with a verdict.
     pub(in crate::batch) fn done(id: &str) -> Row {
-        Row { status: Status::Done, error: None, verdict: Some(VerdictKind::Failed), ..broken(id) }
+        Row { status: Status::Done, error: None, verdict: Some(Verdict::Failed), ..broken(id) }
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::{configuration, output, outputs};
 use anyhow::{Result, bail};
 use congruent_geometry::{Orientation, RawScan, RigidTransform, Scan};
 use congruent_io::{check_scan_name, write_file, write_pose, write_scan};
-use congruent_pipeline::{Pair, PipelineConfig, Prior, Registration, Stage, Trace, Verdict, register_traced};
+use congruent_pipeline::{Outcome, Pair, PipelineConfig, Prior, Registration, Stage, Trace, Verdict, register_traced};
 use congruent_report::{PairReport, pair_page};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -124,8 +124,8 @@ impl Aligned {
             write_page(path, files, self, None)?;
         }
         if let Some(path) = &args.write_aligned {
-            match (&self.registration.verdict, self.registration.pose(), &self.raw_source) {
-                (Verdict::Ok, Some(pose), Some(source)) => write_moved(path, source, pose)?,
+            match (&self.registration.outcome, &self.raw_source) {
+                (Outcome::Ok(found), Some(source)) => write_moved(path, source, &found.target_from_source)?,
                 _ => output::remark(&format!("{}: not written, because the scans were not registered", path.display())),
             }
         }
@@ -133,9 +133,9 @@ impl Aligned {
     }
 
     pub(super) fn exit_code(&self) -> ExitCode {
-        match self.registration.verdict {
+        match self.registration.verdict() {
             Verdict::Ok => ExitCode::SUCCESS,
-            Verdict::Ambiguous(_) | Verdict::Failed(_) => ExitCode::from(NOT_REGISTERED),
+            Verdict::Ambiguous | Verdict::Failed => ExitCode::from(NOT_REGISTERED),
         }
     }
 }
@@ -188,7 +188,7 @@ fn write_result(path: &Path, aligned: &Aligned) -> Result<()> {
     match aligned.registration.pose() {
         Some(pose) if wants_matrix => {
             write_pose(path, pose)?;
-            if aligned.registration.verdict != Verdict::Ok {
+            if aligned.registration.verdict() != Verdict::Ok {
                 output::remark(&format!("{}: contains the best guess, which is not trustworthy", path.display()));
             }
         }

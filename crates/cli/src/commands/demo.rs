@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use congruent_evaluation::GroundTruth;
 use congruent_geometry::RigidTransform;
 use congruent_io::{write_file, write_ply, write_pose};
-use congruent_pipeline::{Pair, Verdict};
+use congruent_pipeline::{Outcome, Pair, Verdict};
 use congruent_report::before_and_after;
 use congruent_simulation::pair::{PairOptions, figurine_pair};
 use congruent_simulation::scanner::RangeNoise;
@@ -48,13 +48,14 @@ pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
     let files = Pair { source: source.as_path(), target: target.as_path() };
     write_page(&directory.join("report.html"), files, &aligned, Some(&pair.target_from_source))?;
     let right = judge(&aligned, &pair.target_from_source)?;
-    if let (Verdict::Ok, Some(pose)) = (&aligned.registration.verdict, aligned.registration.pose()) {
+    if let Outcome::Ok(found) = &aligned.registration.outcome {
+        let pose = &found.target_from_source;
         write_moved(&directory.join("aligned.ply"), &pair.source, pose)?;
         let scans = Pair { source: pair.source.points.as_slice(), target: pair.target.points.as_slice() };
         let picture = before_and_after(scans, Some(pose));
         write_file(&directory.join("picture.svg"), picture.as_bytes())?;
     }
-    say_what_next(directory, aligned.registration.verdict == Verdict::Ok);
+    say_what_next(directory, aligned.registration.verdict() == Verdict::Ok);
     Ok(if right { aligned.exit_code() } else { ExitCode::FAILURE })
 }
 

@@ -13,7 +13,7 @@ use congruent_metrics::Evidence;
 use congruent_pipeline::stages::{
     MOST_MATCHES, Prepared, estimate, evidence, evidence_near, prepare, test_against_chance,
 };
-use congruent_pipeline::{Failure, Pair, PipelineConfig, VerdictKind};
+use congruent_pipeline::{Failure, Pair, PipelineConfig, Verdict};
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ struct Report {
     version: &'static str,
     matches: String,
     target_from_source: Option<[[f64; 4]; 4]>,
-    verdict: VerdictKind,
+    verdict: Verdict,
     reason: Option<String>,
     confidence: f64,
     score: Option<f64>,
@@ -69,7 +69,7 @@ pub(super) fn run(args: &EstimateArgs) -> Result<ExitCode> {
     if let Some(path) = &args.output {
         write_file(path, format!("{json}\n").as_bytes())?;
     }
-    Ok(if report.verdict == VerdictKind::Ok { ExitCode::SUCCESS } else { ExitCode::from(NOT_REGISTERED) })
+    Ok(if report.verdict == Verdict::Ok { ExitCode::SUCCESS } else { ExitCode::from(NOT_REGISTERED) })
 }
 
 /// The input of the stage.
@@ -135,7 +135,7 @@ impl Input {
             version: env!("CARGO_PKG_VERSION"),
             matches: matches.display().to_string(),
             target_from_source: None,
-            verdict: VerdictKind::Failed,
+            verdict: Verdict::Failed,
             reason: None,
             confidence: 0.0,
             score: None,
@@ -161,7 +161,7 @@ impl Input {
         report.confidence = test.confidence;
         report.log10_false_alarms = Some(test.log10_false_alarms);
         report.counts.inliers = test.inliers;
-        report.verdict = if test.doubt.is_none() { VerdictKind::Ok } else { VerdictKind::Failed };
+        report.verdict = if test.doubt.is_none() { Verdict::Ok } else { Verdict::Failed };
         report.reason = test.doubt.map(|doubt| doubt.to_string());
         report
     }

@@ -4,7 +4,7 @@ use super::words::{fate_name, fate_words, overview};
 use crate::batch::Ended;
 use congruent_geometry::{RigidTransform, to_rows};
 use congruent_multiway::{Edge, Fate, Reconstruction, Touch};
-use congruent_pipeline::VerdictKind;
+use congruent_pipeline::Verdict;
 use congruent_reconstruction::{Conflict, Proposal, Registered, Surfaces};
 use serde::Serialize;
 use std::path::Path;
@@ -54,7 +54,7 @@ pub(super) struct PairLine {
     id: String,
     pub(super) source: String,
     pub(super) target: String,
-    pub(super) verdict: VerdictKind,
+    pub(super) verdict: Verdict,
     pub(super) confidence: f64,
     /// `kept`, `agrees`, `no-loop`, `outvoted`, `unsupported`, `contradicted`, `no-touch`.
     pub(super) fate: &'static str,

@@ -17,7 +17,6 @@ use crate::chain::{Chain, Proposals};
 use crate::memory::{Memory, SampledPair};
 use crate::preparation::sample;
 use crate::prepared::PreparedPair;
-use crate::prior::Bounds;
 use crate::register::{Attempt, escalated};
 use crate::stage::Clock;
 use crate::{
@@ -141,10 +140,9 @@ impl Collection {
         let mut clock = Clock::new(observe);
         let as_they_are = Pair { source: Variant::default(), target: Variant::default() };
         let origins = supplied(&supply, as_they_are, &mut clock)?.map(|scan| scan.origin);
-        let bounds = prior.bounds(&origins);
         let mut memory = Memory::default();
         let best = escalated(&config, &mut clock, |config, signs, clock| {
-            self.attempt(&supply, &bounds, config, signs, &mut memory, clock)
+            self.attempt(&supply, prior, config, signs, &mut memory, clock)
         })?;
         Ok(best.registration(&origins, clock))
     }
@@ -152,7 +150,7 @@ impl Collection {
     fn attempt<E>(
         &self,
         supply: &Pair<&dyn Fn(Variant) -> Result<Arc<DescribedScan>, E>>,
-        bounds: &Bounds,
+        prior: &Prior,
         config: &PipelineConfig,
         signs: Signs,
         memory: &mut Memory,
@@ -177,7 +175,9 @@ impl Collection {
         let counts = Counts { points: scans.as_ref().map(|scan| scan.points), ..Counts::default() };
         let (raw_resolution, resolution) = (self.raw_resolution, self.resolutions[budget]);
         let proposals = Proposals::Searched;
-        let mut chain = Chain { config, bounds, proposals, memory, clock, signs, counts, raw_resolution, resolution };
+        let bounds = prior.bounds(&scans.as_ref().map(|scan| scan.origin), raw_resolution);
+        let mut chain =
+            Chain { config, prior, bounds, proposals, memory, clock, signs, counts, raw_resolution, resolution };
         let mut trace = Trace::default();
         let outcome = described(&scans).and_then(|both| {
             chain.counts.strays = both.map(|scan| scan.strays);
@@ -193,8 +193,7 @@ impl Collection {
                 chain.memory.prepared.keep(config.sampling.clone(), &sampled);
             }
             let prepared = prepared(&both);
-            trace.features = both.map(|scan| scan.features.clone());
-            chain.answered(&prepared, &mut trace)
+            chain.answered(&prepared, both.map(|scan| &scan.features), &mut trace)
         });
         let outcome = outcome.map_err(|failure| failure.explained(scans.as_ref().map(|scan| scan.extent)));
         let counts = chain.counts;
@@ -276,7 +275,7 @@ mod tests {
         for (config, expected) in [(believed, true), (doubtful, false)] {
             let one = registered(&scans, &config);
             let other = register(&scans.source, &scans.target, &config);
-            assert_eq!((one.verdict == Verdict::Ok, other.verdict == Verdict::Ok), (expected, expected));
+            assert_eq!((one.verdict() == Verdict::Ok, other.verdict() == Verdict::Ok), (expected, expected));
             for found in [&one, &other] {
                 let off = mean_displacement(scans.source.points(), found.pose().unwrap(), &motion);
                 assert!(off < 0.5 * found.resolution, "{off}");
@@ -291,6 +290,6 @@ mod tests {
         let small = scaled(&pair.source, 1e-3);
         let scans = Pair { source: Scan::new(&small).unwrap(), target: Scan::new(&pair.target).unwrap() };
         let found = registered(&scans, &PipelineConfig::default());
-        assert!(matches!(found.verdict, Verdict::Failed(Failure::OtherUnits { .. })), "{:?}", found.verdict);
+        assert!(matches!(found.failure(), Some(Failure::OtherUnits { .. })), "{:?}", found.outcome);
     }
 }

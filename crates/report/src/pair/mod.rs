@@ -6,7 +6,7 @@ mod view;
 use crate::numbers::{digits, pose_rows};
 use crate::page::{Block, Page, Tone};
 use congruent_geometry::{RigidTransform, Scan, angle_between, to_rows};
-use congruent_pipeline::{Fit, Pair, PipelineConfig, Registration, Trace, Verdict, VerdictKind};
+use congruent_pipeline::{Fit, Pair, PipelineConfig, Registration, Trace, Verdict};
 
 /// One pair of scans with its result.
 pub struct PairReport<'a> {
@@ -77,11 +77,11 @@ impl PairReport<'_> {
     }
 
     fn verdict(&self) -> Block {
-        let kind = self.registration.verdict.kind();
+        let kind = self.registration.verdict();
         let tone = match kind {
-            VerdictKind::Ok => Tone::Good,
-            VerdictKind::Ambiguous => Tone::Doubtful,
-            VerdictKind::Failed => Tone::Bad,
+            Verdict::Ok => Tone::Good,
+            Verdict::Ambiguous => Tone::Doubtful,
+            Verdict::Failed => Tone::Bad,
         };
         let confidence = self.registration.confidence();
         let sentence = self.registration.reason().unwrap_or_else(|| {
@@ -93,7 +93,7 @@ impl PairReport<'_> {
 
     /// Returns the caption; `off` is the paper's RMSE, in `pr`, if known.
     fn caption(&self, off: Option<f64>) -> String {
-        let moved = match self.registration.estimate {
+        let moved = match self.registration.estimate() {
             Some(_) => "the source moved onto the target",
             None => "no pose; the scans as provided",
         };
@@ -139,7 +139,7 @@ impl PairReport<'_> {
         let reach = self.registration.uncertainty().map_or(0.0, |known| known.about.amax());
         let rows = pose_rows(&to_rows(pose), self.registration.raw_resolution, reach);
         let mut what = "Maps source coordinates into the target's frame, as in the files.".to_owned();
-        if self.registration.verdict != Verdict::Ok {
+        if self.registration.verdict() != Verdict::Ok {
             what += " It is only the best guess; do not rely on it.";
         }
         vec![Block::Text(what), Block::Printed(rows.join("\n"))]

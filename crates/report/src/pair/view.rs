@@ -32,12 +32,7 @@ impl PairReport<'_> {
             states: self.states(),
             layers,
             errors: pose.map(|_| self.legend()),
-            viewpoint: self
-                .registration
-                .estimate
-                .as_ref()
-                .and_then(|found| found.views.target.viewpoint)
-                .map(Point3::from),
+            viewpoint: self.registration.estimate().and_then(|found| found.views.target.viewpoint).map(Point3::from),
             unit: String::new(),
             fallback,
         }
