@@ -97,7 +97,7 @@ pub struct TopK {
 impl Matcher for TopK {
     fn matches(&self, source: &Features, target: &Features) -> Vec<Correspondence> {
         let found = nearest_k(source, target, self.k.max(2));
-        let mut matches: Vec<_> = (0..self.k)
+        let mut matches: Vec<_> = (0..self.k.min(target.len()))
             .flat_map(|place| found.iter().enumerate().map(move |(row, found)| (row, found, place)))
             .filter_map(|(row, found, place)| correspondence(source, target, row, found, place))
             .collect();
@@ -217,6 +217,12 @@ mod tests {
         let mut found = pairs(&matches);
         found.sort_unstable();
         assert_eq!(found, [(0, 0), (0, 1), (1, 1), (1, 2)]);
+    }
+
+    #[test]
+    fn more_candidates_than_rows_are_all_rows() {
+        let (source, target) = (random_features(5), random_features(7));
+        assert_eq!(TopK { k: usize::MAX }.matches(&source, &target), TopK { k: 7 }.matches(&source, &target));
     }
 
     #[test]
