@@ -40,8 +40,9 @@ impl DescriptorConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{bumpy, plane, surface, with_threads, without_normals};
+    use crate::testing::without_normals;
     use crate::{Fpfh, FpfhVariant};
+    use congruent_simulation::testing::{bumpy, plane, surface, with_threads};
 
     #[derive(Debug, PartialEq, Serialize, Deserialize)]
     struct Document {

@@ -117,7 +117,8 @@ impl Fpfh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{bumpy, distance, flipped, turned};
+    use crate::testing::{distance, flipped};
+    use congruent_simulation::testing::{bumpy, turned};
 
     fn fpfh(variant: FpfhVariant) -> Fpfh {
         Fpfh { radius: 4.0, variant }

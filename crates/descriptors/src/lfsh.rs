@@ -98,7 +98,8 @@ fn bin(share: f64, count: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{bumpy, disc, distance, surface, turned};
+    use crate::testing::{disc, distance};
+    use congruent_simulation::testing::{bumpy, surface, turned};
 
     const LFSH: Lfsh = Lfsh { radius: 1.0, half_bin_shift: false };
 

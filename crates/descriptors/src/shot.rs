@@ -170,8 +170,9 @@ fn normalize_into(histogram: &[f64; DIM], row: &mut [f32]) -> bool {
 mod tests {
     use super::*;
     use crate::frames::{ReferenceFrame, ShotFrame};
-    use crate::testing::{bumpy, distance, turned};
+    use crate::testing::distance;
     use congruent_geometry::random::Stream;
+    use congruent_simulation::testing::{bumpy, turned};
 
     const SHOT: Shot = Shot { radius: 4.0, pcl_wrap: false };
 

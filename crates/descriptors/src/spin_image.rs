@@ -146,7 +146,8 @@ fn places([xs, ys, zs]: &[[f32; LANES]; 3], sheet: &Sheet) -> ([u32; LANES], [[f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{bumpy, distance, flipped, plane, surface, turned};
+    use crate::testing::{distance, flipped};
+    use congruent_simulation::testing::{bumpy, plane, surface, turned};
 
     const SPIN: SpinImage = SpinImage { radius: 6.0 };
 

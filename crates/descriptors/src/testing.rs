@@ -1,34 +1,8 @@
-//! Surfaces for tests.
+//! What tests of several descriptors need.
 
-use congruent_geometry::random::Stream;
-use congruent_geometry::{NeighborIndex, Neighborhood, Point, Surface, estimate_normals, narrow, resolution, wide};
-use nalgebra::{UnitQuaternion, Vector3};
-
-/// Points with normals estimated from their twelve nearest points and turned to +z.
-pub(crate) fn surface(points: Vec<Point>) -> Surface {
-    let index = NeighborIndex::new(&points);
-    let normals = estimate_normals(&points, &index, Neighborhood::Nearest(12))
-        .iter()
-        .map(|n| if n.normal[2] < 0.0 { negative(n.normal) } else { n.normal })
-        .collect();
-    let resolution = resolution(&points, &index).map_or(1.0, |r| r.mean);
-    Surface::new(points, normals, index, resolution)
-}
-
-/// `side`² points at integer x and y around the origin, with the given heights.
-pub(crate) fn height_field(side: u16, height: impl Fn(f64, f64) -> f64) -> Surface {
-    let at = |i: u16| f64::from(i) - f64::from(side / 2);
-    let points = (0..side * side).map(|i| {
-        let (x, y) = (at(i % side), at(i / side));
-        narrow(&Vector3::new(x, y, height(x, y)))
-    });
-    surface(points.collect())
-}
-
-/// A flat grid.
-pub(crate) fn plane(side: u16) -> Surface {
-    height_field(side, |_, _| 0.0)
-}
+use congruent_geometry::{NeighborIndex, Point, Surface, narrow};
+use congruent_simulation::testing::surface;
+use nalgebra::Vector3;
 
 /// A flat disc of radius 1 with evenly spread points (a golden spiral), the first at its centre.
 pub(crate) fn disc(n: u16) -> Surface {
@@ -37,40 +11,6 @@ pub(crate) fn disc(n: u16) -> Surface {
         narrow(&Vector3::new(r * angle.cos(), r * angle.sin(), 0.0))
     });
     surface(std::iter::once([0.0; 3]).chain(spiral).collect())
-}
-
-/// `side`² irregular points, one per unit square, over random bumps.
-pub(crate) fn bumpy(side: u16, seed: u64) -> Surface {
-    let mut stream = Stream::new(seed, 0);
-    let half = f64::from(side) / 2.0;
-    let bumps: Vec<[f64; 4]> = (0..side)
-        .map(|_| {
-            let centre = (stream.between(-half, half), stream.between(-half, half));
-            [centre.0, centre.1, stream.between(-3.0, 3.0), stream.between(1.5, 4.0)]
-        })
-        .collect();
-    let height = |x: f64, y: f64| -> f64 {
-        bumps.iter().map(|[cx, cy, h, w]| h * (-((x - cx).powi(2) + (y - cy).powi(2)) / (2.0 * w * w)).exp()).sum()
-    };
-    let points = (0..side * side).map(|i| {
-        let x = f64::from(i % side) + stream.unit() - half;
-        let y = f64::from(i / side) + stream.unit() - half;
-        narrow(&Vector3::new(x, y, height(x, y)))
-    });
-    surface(points.collect())
-}
-
-/// The rotation of [`turned`].
-pub(crate) fn turn(seed: u64) -> UnitQuaternion<f64> {
-    Stream::new(seed, 1).rotation()
-}
-
-/// The same surface in a random orientation, including its normals.
-pub(crate) fn turned(surface: &Surface, seed: u64) -> Surface {
-    let rotated = |all: &[Point]| -> Vec<Point> { all.iter().map(|p| narrow(&(turn(seed) * wide(*p)))).collect() };
-    let points = rotated(surface.points());
-    let index = NeighborIndex::new(&points);
-    Surface::new(points, rotated(surface.normals()), index, surface.resolution())
 }
 
 /// The same surface with other normals.
@@ -83,7 +23,7 @@ fn with_normals(surface: &Surface, change: impl Fn(Point) -> Point) -> Surface {
 
 /// The same surface with reversed normals.
 pub(crate) fn flipped(surface: &Surface) -> Surface {
-    with_normals(surface, negative)
+    with_normals(surface, |normal| normal.map(|v| -v))
 }
 
 /// The same surface with no valid normal.
@@ -91,15 +31,7 @@ pub(crate) fn without_normals(surface: &Surface) -> Surface {
     with_normals(surface, |_| [0.0; 3])
 }
 
-fn negative(normal: Point) -> Point {
-    normal.map(|v| -v)
-}
-
 /// Euclidean distance.
 pub(crate) fn distance(a: &[f32], b: &[f32]) -> f64 {
     a.iter().zip(b).map(|(x, y)| f64::from(x - y).powi(2)).sum::<f64>().sqrt()
-}
-
-pub(crate) fn with_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -> T {
-    rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap().install(work)
 }

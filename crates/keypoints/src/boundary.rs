@@ -57,7 +57,7 @@ fn perpendicular(normal: &Vector3<f64>) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::plane;
+    use congruent_simulation::testing::plane;
 
     #[test]
     fn the_rim_of_a_square_is_its_boundary() {

@@ -37,9 +37,9 @@ impl DetectorConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{bumpy, surface, with_threads};
     use crate::{Harris, HarrisResponse, Ties};
     use congruent_geometry::Length;
+    use congruent_simulation::testing::{bumpy, surface, with_threads};
 
     #[derive(Debug, PartialEq, Serialize, Deserialize)]
     struct Document {

@@ -180,7 +180,8 @@ fn mean_of_squares(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{bumpy, cube_corner, indices, overlap, plane, surface, turned};
+    use crate::testing::{cube_corner, indices, overlap};
+    use congruent_simulation::testing::{bumpy, plane, surface, turned};
 
     const METHODS: [HarrisResponse; 5] = [
         HarrisResponse::Harris,

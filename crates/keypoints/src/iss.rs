@@ -172,7 +172,8 @@ impl Iss {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{bumpy, height_field, indices, overlap, plane, surface, turned};
+    use crate::testing::{indices, overlap};
+    use congruent_simulation::testing::{bumpy, height_field, plane, surface, turned};
 
     const VARIANTS: [IssVariant; 3] = [IssVariant::Pcl, IssVariant::Weighted, IssVariant::Centred];
 

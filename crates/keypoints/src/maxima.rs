@@ -50,7 +50,8 @@ pub fn local_maxima(surface: &Surface, responses: &[Option<f64>], radius: f64, t
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{indices, surface};
+    use crate::testing::indices;
+    use congruent_simulation::testing::surface;
 
     fn kept(responses: &[Option<f64>], ties: Ties) -> Vec<u32> {
         let line = surface((0..responses.len()).map(|i| [i as f32, 0.0, 0.0]).collect());

@@ -41,7 +41,8 @@ impl SupportFilter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{indices, surface};
+    use crate::testing::indices;
+    use congruent_simulation::testing::surface;
 
     #[test]
     fn keypoints_with_too_few_points_around_them_are_dropped() {

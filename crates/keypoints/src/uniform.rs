@@ -66,7 +66,8 @@ impl Uniform {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{bumpy, indices, surface};
+    use crate::testing::indices;
+    use congruent_simulation::testing::{bumpy, surface};
     use std::collections::BTreeSet;
 
     #[test]

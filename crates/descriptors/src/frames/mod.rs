@@ -82,7 +82,7 @@ fn axes(x: &Vector3<f64>, z: &Vector3<f64>) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{bumpy, plane, surface, turn, turned};
+    use congruent_simulation::testing::{bumpy, plane, surface, turn, turned};
 
     fn family() -> [FrameConfig; 2] {
         [FrameConfig::Shot(ShotFrameConfig::default()), FrameConfig::Toldi(ToldiFrameConfig::default())]

@@ -110,7 +110,7 @@ fn votes(z: &Vector3<f64>, neighbors: &[Near], radius: f64) -> (Vector3<f64>, f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::height_field;
+    use congruent_simulation::testing::height_field;
 
     /// A dome that falls steeply on one side.
     fn frame() -> LocalFrame {

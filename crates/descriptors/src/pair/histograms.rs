@@ -247,7 +247,7 @@ mod tests {
 
     #[test]
     fn all_at_once_and_one_by_one_are_the_same() {
-        let surface = crate::testing::bumpy(25, 3);
+        let surface = congruent_simulation::testing::bumpy(25, 3);
         for needed in [vec![true; surface.len()], (0..surface.len()).map(|i| i % 3 == 0).collect::<Vec<_>>()] {
             for radius in [0.2, 3.0] {
                 let all = PairHistograms::new(&surface, &needed, radius);
