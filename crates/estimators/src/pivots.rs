@@ -63,14 +63,16 @@ impl HypothesisGenerator for Pivots<'_> {
 }
 
 /// Returns each node's best edge first (so that no part of the scan is left out), up to half of the limit; then the
-/// best of the others.
+/// best of all other edges.
 fn pivots(n: usize, commons: &Commons<'_>, limit: usize) -> Vec<Edge> {
     let spare = Spare::default();
     let best_of = |i: usize| spare.with(|edges| best_edges(commons, i, edges));
     let by_node: Vec<Vec<Edge>> = (0..n).into_par_iter().with_max_len(NODES_AT_A_TIME).map(best_of).collect();
     let mut firsts: Vec<Edge> = by_node.iter().filter_map(|edges| edges.first().copied()).collect();
-    keep_best(&mut firsts, limit / 2);
-    let mut others: Vec<Edge> = by_node.iter().flat_map(|edges| edges.iter().skip(1).copied()).collect();
+    firsts.sort_unstable_by_key(Edge::rank);
+    let beyond = firsts.split_off(firsts.len().min(limit / 2));
+    let seconds = by_node.iter().flat_map(|edges| edges.iter().skip(1).copied());
+    let mut others: Vec<Edge> = beyond.into_iter().chain(seconds).collect();
     keep_best(&mut others, limit - firsts.len());
     firsts.extend(others);
     firsts
@@ -161,6 +163,27 @@ mod tests {
             let pivots = Pivots::new(Cow::Borrowed(&evidence), &Graph::new(&evidence, &RULE), 1000);
             let best = sample(&pivots, &Summed(Mse::new(7.5)), &evidence, 1);
             assert!(angle_between(&best[0].target_from_source, &truth) < 0.01, "seed {seed}");
+        }
+    }
+
+    #[test]
+    fn half_of_the_pivots_are_first_edges_and_the_rest_is_the_best_of_all_others() {
+        let (evidence, _) = scene(60, 30, 4);
+        let graph = Graph::new(&evidence, &RULE);
+        let commons = Commons::new(&graph);
+        let by_node: Vec<Vec<Edge>> = (0..graph.len()).map(|i| best_edges(&commons, i, &mut Vec::new())).collect();
+        let mut firsts: Vec<u128> = by_node.iter().filter_map(|edges| Some(edges.first()?.rank())).collect();
+        firsts.sort_unstable();
+        let n_edges = by_node.iter().map(Vec::len).sum::<usize>();
+        for limit in [2, firsts.len(), 2 * firsts.len(), n_edges, n_edges + 10] {
+            let found: Vec<u128> = pivots(graph.len(), &commons, limit).iter().map(Edge::rank).collect();
+            let n_firsts = firsts.len().min(limit / 2);
+            assert_eq!(found[..n_firsts], firsts[..n_firsts]);
+            let mut others: Vec<u128> = by_node.iter().flatten().map(Edge::rank).collect();
+            others.retain(|edge| !firsts[..n_firsts].contains(edge));
+            others.sort_unstable();
+            others.truncate(limit - n_firsts);
+            assert_eq!(found[n_firsts..], others, "{limit} of {n_edges}");
         }
     }
 
