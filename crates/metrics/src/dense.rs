@@ -22,7 +22,7 @@ const BLOCK: usize = 64;
 pub struct DenseRule {
     /// Points closer than this overlap.
     pub overlap_distance: f64,
-    /// Minimum cosine between the normals of points that overlap.
+    /// Minimum cosine between the normals of points that overlap. Points without normals never do.
     pub min_normal_cosine: f64,
     /// Minimum distance of hovering points from the surface …
     pub hover_from: f64,
@@ -63,7 +63,8 @@ pub struct DenseAgreement {
     pub hover: f64,
     /// Fraction of points that occlude, summed over both directions.
     pub occlusion: f64,
-    /// Fraction of points close to the other surface whose normals disagree, averaged over both directions.
+    /// Fraction of points close to the other surface whose normals disagree or are missing, averaged over both
+    /// directions.
     pub disagreeing: f64,
     /// Mean angle between the normals of points that overlap, radians; a right angle if none do.
     pub normal_angle: f64,
@@ -161,8 +162,7 @@ impl Tally {
         let offset = minus(point, &fixed.points()[found]);
         let distance_sq = dot(&offset, &offset);
         if distance_sq < reach_sq {
-            let other = &fixed.normals()[found];
-            self.touch(dot(&offset, other).abs(), dot(&normal(), other), rule);
+            self.touch(&offset, [&normal(), &fixed.normals()[found]], rule);
         }
         distance_sq < 4.0 * reach_sq
     }
@@ -178,8 +178,11 @@ impl Tally {
         }
     }
 
-    fn touch(&mut self, plane_distance: f32, cosine: f32, rule: &DenseRule) {
-        if cosine > rule.min_normal_cosine as f32 {
+    /// Tallies a point at this offset from one of the surface, and the normals at the two, zero if unknown.
+    fn touch(&mut self, offset: &Point, [own, other]: [&Point; 2], rule: &DenseRule) {
+        let (plane_distance, cosine) = (dot(offset, other).abs(), dot(own, other));
+        let are_known = *own != [0.0; 3] && *other != [0.0; 3];
+        if are_known && cosine > rule.min_normal_cosine as f32 {
             let nearness = (1.0 - f64::from(plane_distance) / rule.overlap_distance).max(0.0);
             self.gain += nearness * nearness;
             self.overlapping += 1.0;
@@ -224,19 +227,27 @@ mod tests {
 
     /// A flat sheet of 40 by 40 points, two apart, seen from above (+z).
     fn sheet() -> Surface {
+        sheet_with([0.0, 0.0, 1.0])
+    }
+
+    fn sheet_with(normal: Point) -> Surface {
         let points: Vec<Point> =
             (0..1600).map(|i| [2.0 * (i % 40) as f32 - 39.0, 2.0 * (i / 40) as f32 - 39.0, 0.0]).collect();
         let index = NeighborIndex::new(&points);
-        Surface::new(points, vec![[0.0, 0.0, 1.0]; 1600], index, 2.0)
+        Surface::new(points, vec![normal; 1600], index, 2.0)
     }
 
     fn measured(pose: RigidTransform) -> DenseAgreement {
-        let surface = &sheet();
-        let near = &NearestField::new(surface.points(), 2.0, 6.0);
-        let far = &NearestField::new(surface.points(), 4.0, 24.0);
-        let depth = || Some(DepthImage::new(surface.points(), &[0.0, 0.0, 1e4], 4.0));
-        let ready = || DenseSurface { surface, near, far, depth: depth() };
-        agreement(&ready(), &ready(), &pose, &RULE)
+        measured_between([&sheet(), &sheet()], &pose, &RULE)
+    }
+
+    /// Measures two sheets, which differ only in their normals.
+    fn measured_between([source, target]: [&Surface; 2], pose: &RigidTransform, rule: &DenseRule) -> DenseAgreement {
+        let near = &NearestField::new(source.points(), 2.0, 6.0);
+        let far = &NearestField::new(source.points(), 4.0, 24.0);
+        let depth = || Some(DepthImage::new(source.points(), &[0.0, 0.0, 1e4], 4.0));
+        let ready = |surface| DenseSurface { surface, near, far, depth: depth() };
+        agreement(&ready(source), &ready(target), pose, rule)
     }
 
     #[test]
@@ -265,6 +276,18 @@ mod tests {
     fn the_back_of_a_surface_does_not_overlap_its_front() {
         let turned = measured(RigidTransform::rotation(nalgebra::Vector3::x() * std::f64::consts::PI));
         assert!(turned.overlap == 0.0 && turned.disagreeing > 0.99 && turned.normal_angle == FRAC_PI_2);
+    }
+
+    #[test]
+    fn points_without_normals_overlap_nothing_whatever_the_limit() {
+        let (with, without) = (&sheet(), &sheet_with([0.0; 3]));
+        for min_normal_cosine in [RULE.min_normal_cosine, -0.5] {
+            let rule = DenseRule { min_normal_cosine, ..RULE };
+            for surfaces in [[with, without], [without, with], [without, without]] {
+                let measured = measured_between(surfaces, &RigidTransform::identity(), &rule);
+                assert!(measured.overlap == 0.0 && measured.disagreeing == 1.0, "{measured:?}");
+            }
+        }
     }
 
     #[test]

@@ -18,7 +18,7 @@ pub(crate) type Vectors = [Column; 3];
 pub(crate) struct Ends {
     /// Points of the source, moved; target frame.
     pub(crate) moved: Vectors,
-    /// Normals of the source, not rotated.
+    /// Normals of the source, not rotated; zero where there is none, likewise in the target.
     pub(crate) source_normal: Vectors,
     pub(crate) target: Vectors,
     pub(crate) target_normal: Vectors,
@@ -33,7 +33,8 @@ pub(crate) struct Limits {
     pub(crate) scale_sq: f64,
 }
 
-/// Points of the moved source and what they touch; target frame. All values of a pair that does not touch are zero.
+/// Points of the moved source and what they touch; target frame. A pair without a normal at either end does not touch.
+/// All values of a pair that does not touch are zero.
 pub(crate) struct Touches {
     /// One if a pair touches.
     pub(crate) is_touch: Column,
@@ -97,8 +98,11 @@ fn compare(ends: &Ends, rotation: &[[f64; 3]; 3], limits: Limits, touches: &mut 
         let cosine = turned[0] * normal[0] + turned[1] * normal[1] + turned[2] * normal[2];
         let distance = offset[0] * normal[0] + offset[1] * normal[1] + offset[2] * normal[2];
         let away_sq = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
+        let turned_sq = turned[0] * turned[0] + turned[1] * turned[1] + turned[2] * turned[2];
+        let normal_sq = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
         // Written so that NaN is rejected.
-        let is_touch = away_sq <= limits.radius_sq && cosine >= limits.min_normal_cosine && k < ends.n;
+        let agrees = cosine >= limits.min_normal_cosine && turned_sq > 0.0 && normal_sq > 0.0;
+        let is_touch = away_sq <= limits.radius_sq && agrees && k < ends.n;
         touches.is_touch[k] = if is_touch { 1.0 } else { 0.0 };
         for axis in 0..3 {
             touches.moved[axis][k] = if is_touch { moved[axis] } else { 0.0 };

@@ -87,7 +87,9 @@ fn what_touches_nothing_stays_to_the_bit() {
         1.0,
     );
     let far = RigidTransform::translation(1e4, 0.0, 0.0);
-    for (name, member) in members(Freedom::All) {
+    let any_normals = GicpConfig { min_normal_cosine: -1.0, ..GicpConfig::default() };
+    let any_normals = ("any normals", RefinementConfig::Gicp(any_normals).build(1.0, Freedom::All));
+    for (name, member) in members(Freedom::All).into_iter().chain([any_normals]) {
         for (source, target, start) in
             [(&surface, &surface, far), (&surface, &no_normals, start()), (&no_normals, &surface, start())]
         {
