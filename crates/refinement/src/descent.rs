@@ -80,7 +80,7 @@ impl Schedule {
         let before = subsets[0].sums(&at_the_end(start), distance);
         let end = self.descent(scene, distance, start, &mut subsets);
         let after = subsets[0].sums(&at_the_end(&end), distance);
-        let kept = after.weight >= MIN_SUPPORT * before.weight;
+        let kept = after.weight > 0.0 && after.weight >= MIN_SUPPORT * before.weight;
         let (pose, equations) = if kept { (end, after) } else { (*start, before) };
         let known = uncertainty(&mut subsets[0], &at_the_end(&pose), &equations, self.freedom);
         Refinement { uncertainty: known.map(|known| known.widened(D::UNSEEN)), ..self.refinement(pose, &equations) }
