@@ -7,6 +7,8 @@ use nalgebra::Vector3;
 const LARGE: f64 = 1.0 / 40.0;
 /// Fraction of the area that large triangles have to make up. Meshes of scans have hardly any.
 const MOSTLY: f64 = 0.5;
+/// Fraction of the points that have to be corners of triangles; otherwise the points are what was measured.
+const CORNERS: f64 = 0.5;
 /// Number of points on a mesh: enough for any sampling budget of the presets.
 const SAMPLES: usize = 60_000;
 /// Number of points from which on a mesh is never coarse.
@@ -15,12 +17,13 @@ const MANY_POINTS: usize = 200_000;
 const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 
 /// Returns evenly spread points on the triangles, with the normals of their triangles, if at least half of the mesh's area
-/// consists of triangles larger than a fortieth of its extent; `None` for all other meshes and for point clouds.
+/// consists of triangles larger than a fortieth of its extent; `None` for all other meshes and for point clouds, also if
+/// a few triangles lie among them.
 ///
 /// The points replace the vertices and the triangles. Triangles with a corner that is not finite are skipped.
 #[must_use]
 pub fn samples_of_coarse_mesh(raw: &RawScan) -> Option<RawScan> {
-    if raw.triangles.is_empty() || raw.points.len() >= MANY_POINTS {
+    if raw.triangles.is_empty() || raw.points.len() >= MANY_POINTS || !mostly_corners(raw) {
         return None;
     }
     let triangles: Vec<Triangle> = raw.triangles.iter().filter_map(|corners| Triangle::new(raw, corners)).collect();
@@ -44,7 +47,14 @@ pub fn samples_of_coarse_mesh(raw: &RawScan) -> Option<RawScan> {
             taken += 1;
         }
     }
-    Some(RawScan { points, normals: Some(normals), triangles: Vec::new(), ..raw.clone() })
+    let (viewpoint, unread) = (raw.viewpoint, raw.unread.clone());
+    Some(RawScan { points, normals: Some(normals), triangles: Vec::new(), viewpoint, unread })
+}
+
+fn mostly_corners(raw: &RawScan) -> bool {
+    let mut is_corner = vec![false; raw.points.len()];
+    raw.triangles.as_flattened().iter().for_each(|&i| is_corner[i as usize] = true);
+    is_corner.iter().filter(|is_corner| **is_corner).count() as f64 >= CORNERS * raw.points.len() as f64
 }
 
 struct Triangle {
@@ -115,6 +125,8 @@ mod tests {
         let cells = (0..n - 1).flat_map(|y| (0..n - 1).map(move |x| y * n + x));
         let triangles = cells.flat_map(|i| [[i, i + 1, i + n], [i + 1, i + n + 1, i + n]]).collect();
         let mut mesh = RawScan { points, triangles, ..RawScan::default() };
+        assert!(samples_of_coarse_mesh(&mesh).is_none());
+        mesh.triangles = vec![[0, n - 1, n * n - 1], [0, n * n - 1, n * (n - 1)]];
         assert!(samples_of_coarse_mesh(&mesh).is_none());
         mesh.triangles.clear();
         assert!(samples_of_coarse_mesh(&mesh).is_none());
