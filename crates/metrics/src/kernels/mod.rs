@@ -31,8 +31,8 @@ pub trait Kernel: Clone + Send + Sync {
     fn gain(&self, residual_sq: f32) -> f32;
 
     /// Returns the weight of a pair in the least-squares fit that raises the sum of gains: `−gain'(e) / e`, up to a
-    /// constant factor that all pairs share. Zero for outliers; finite, because residuals below a thousandth of the
-    /// threshold are raised to that.
+    /// constant factor that all pairs share. Zero for outliers, unless the gain falls without bound (Huber); finite,
+    /// because residuals below a thousandth of the threshold are raised to that.
     fn weight(&self, residual: f64) -> f64;
 }
 

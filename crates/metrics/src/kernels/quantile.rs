@@ -16,8 +16,8 @@ pub enum QuantileOutliers {
 #[derive(Clone, Copy, Debug)]
 pub struct Quantile {
     per_threshold: f32,
-    inlier_share: f32,
-    outlier_share: f32,
+    inlier_weight: f32,
+    outlier_weight: f32,
 }
 
 impl Quantile {
@@ -30,8 +30,8 @@ impl Quantile {
         };
         Quantile {
             per_threshold: (1.0 / threshold) as f32,
-            inlier_share: m as f32,
-            outlier_share: (sign * (1.0 - m)) as f32,
+            inlier_weight: m as f32,
+            outlier_weight: (sign * (1.0 - m)) as f32,
         }
     }
 }
@@ -40,7 +40,7 @@ impl Kernel for Quantile {
     #[inline(always)]
     fn gain(&self, residual_sq: f32) -> f32 {
         let u = residual_sq.sqrt() * self.per_threshold;
-        if u < 1.0 { self.inlier_share * (1.0 - u) } else { self.outlier_share * (1.0 - 1.0 / u) }
+        if u < 1.0 { self.inlier_weight * (1.0 - u) } else { self.outlier_weight * (1.0 - 1.0 / u) }
     }
 
     // Outliers pull the wrong way in QUANTILE and hardly at all in its negative, so only inliers are fitted.
