@@ -233,7 +233,7 @@ mod tests {
             ("[verdict.dense]\nmin-confidence = nan", ["my.toml:2:18", "NaN", "from 0 to 1"]),
             ("[verdict.a-contrario]\nmax-false-alarms = -1", ["my.toml:2:20", "-1", "above 0"]),
             ("[ranking.dense]\nmin-normal-cosine = 60", ["my.toml:2:21", "60", "from -1 to 1"]),
-            ("[estimator.ransac.adaptive-stop]\nconfidence = 99", ["my.toml:2:14", "99", "from 0 to 1"]),
+            ("[estimator.ransac.adaptive-stop]\nconfidence = 1.0", ["my.toml:2:14", "1", "from 0 to below 1"]),
             ("[refinement.gicp]\nflatness = 0", ["my.toml:2:12", "0", "above 0"]),
             ("seed = 1\nseed = 2", ["my.toml:2:1", "duplicate", "key"]),
             ("seed = ", ["my.toml:1:8", "", ""]),

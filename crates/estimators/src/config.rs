@@ -55,8 +55,8 @@ pub struct RansacConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, rename_all = "kebab-case")]
 pub struct AdaptiveStopConfig {
-    /// Required probability of that, below one.
-    #[serde(deserialize_with = "congruent_geometry::numbers::probability")]
+    /// Required probability of that; below one, which no number of trials reaches.
+    #[serde(deserialize_with = "congruent_geometry::numbers::below_one")]
     pub confidence: f64,
     /// Residuals below this are inliers.
     pub threshold: Length,
@@ -219,6 +219,13 @@ impl TwoPointConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn certainty_cannot_be_asked_for() {
+        let stop = |confidence| toml::from_str::<AdaptiveStopConfig>(&format!("confidence = {confidence}"));
+        assert!(stop("0.0").is_ok() && stop("0.999999").is_ok());
+        assert!(stop("1.0").is_err() && stop("-0.1").is_err() && stop("nan").is_err());
+    }
 
     #[test]
     fn configurations_survive_the_round_trip() {

@@ -18,6 +18,14 @@ pub fn probability<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> 
     checked(from, |v| (0.0..=1.0).contains(&v), "is out of range: write a number from 0 to 1")
 }
 
+/// Deserializes a number from 0 to below 1.
+///
+/// # Errors
+/// Any other number.
+pub fn below_one<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    checked(from, |v| (0.0..1.0).contains(&v), "is out of range: write a number from 0 to below 1, such as 0.999")
+}
+
 /// Deserializes a number from −1 to 1.
 ///
 /// # Errors
