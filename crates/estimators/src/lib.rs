@@ -41,7 +41,7 @@ pub use config::{
     SeedsConfig, TwoPointConfig,
 };
 pub use graph::{Compatibility, Graph};
-pub use local_optimisation::{optimise, optimise_all};
+pub use local_optimisation::optimise_all;
 pub use one_point::OnePoint;
 pub use pivots::Pivots;
 pub use pool::Distinctness;

@@ -6,30 +6,13 @@
 
 use crate::{Distinctness, Hypothesis};
 use congruent_geometry::{RigidTransform, Spare, fit_weighted};
-use congruent_metrics::{Evidence, Metric, Score};
+use congruent_metrics::{Evidence, Metric};
 use rayon::prelude::*;
 
 /// Gain, as a fraction of the score, below which the rounds end.
 const MIN_GAIN: f64 = 1e-6;
 /// Maximum number of poses that one thread takes at a time.
 const CLIMBS_AT_A_TIME: usize = 8;
-
-/// Raises a pose's score by at most `rounds` weighted fits; returns the best pose seen, the start included.
-#[must_use]
-pub fn optimise(
-    start: &RigidTransform,
-    metric: &dyn Metric,
-    evidence: &Evidence,
-    rounds: usize,
-) -> (RigidTransform, Score) {
-    let slope = Slope::new(metric, evidence);
-    let score = metric.score(evidence, start);
-    let mut climb = Climb::new(Hypothesis { target_from_source: *start, score, trial: 0 });
-    for _ in 0..rounds {
-        climb.step(&slope);
-    }
-    (climb.best.target_from_source, climb.best.score)
-}
 
 /// Raises the scores of many poses in parallel, and returns them best first. Where poses converge, only the best of
 /// them is followed.
@@ -115,7 +98,7 @@ mod tests {
     use super::*;
     use congruent_geometry::random::Stream;
     use congruent_geometry::{fit_three, mean_displacement, narrow};
-    use congruent_metrics::{LogCosh, Mae, Mse, Summed};
+    use congruent_metrics::{LogCosh, Mae, Mse, Score, Summed};
     use nalgebra::{Point3, Vector3};
 
     /// 60 inliers with noise among 200 pairs in a box of side 100, and the true pose.
@@ -131,6 +114,22 @@ mod tests {
             })
             .collect();
         (Evidence::new(pairs), truth)
+    }
+
+    /// Raises a pose's score by at most `rounds` weighted fits; returns the best pose seen, the start included.
+    fn optimise(
+        start: &RigidTransform,
+        metric: &dyn Metric,
+        evidence: &Evidence,
+        rounds: usize,
+    ) -> (RigidTransform, Score) {
+        let slope = Slope::new(metric, evidence);
+        let score = metric.score(evidence, start);
+        let mut climb = Climb::new(Hypothesis { target_from_source: *start, score, trial: 0 });
+        for _ in 0..rounds {
+            climb.step(&slope);
+        }
+        (climb.best.target_from_source, climb.best.score)
     }
 
     fn three_point_pose(evidence: &Evidence) -> RigidTransform {
