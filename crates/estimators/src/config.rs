@@ -96,6 +96,10 @@ pub struct OnePointConfig {
     /// Maximum number of trials; if there are no more correspondences than that, each is tried once.
     #[serde(deserialize_with = "congruent_geometry::numbers::at_least::<1, _, _>")]
     pub iterations: u64,
+    /// Minimum margin of the axes of both frames: 0 admits every frame, as in the paper; below some 0.1 the sign or the
+    /// direction of an axis is often decided by noise.
+    #[serde(deserialize_with = "congruent_geometry::numbers::probability")]
+    pub min_margin: f64,
 }
 
 /// Settings of `[estimator.sac-ia]`.
@@ -143,7 +147,7 @@ impl Default for TwoPointConfig {
 
 impl Default for OnePointConfig {
     fn default() -> Self {
-        OnePointConfig { iterations: ITERATIONS }
+        OnePointConfig { iterations: ITERATIONS, min_margin: 0.0 }
     }
 }
 
@@ -188,6 +192,15 @@ impl EstimatorConfig {
             | EstimatorConfig::Pivots(_)
             | EstimatorConfig::Seeds(_)
             | EstimatorConfig::Cliques(_) => false,
+        }
+    }
+
+    /// Returns the minimum margin of the local reference frames in the evidence, from 0 (arbitrary axes) to 1.
+    #[must_use]
+    pub fn min_frame_margin(&self) -> f64 {
+        match self {
+            EstimatorConfig::OnePoint(c) => c.min_margin,
+            _ => 0.0,
         }
     }
 }

@@ -141,7 +141,8 @@ pub fn evidence_near(
     with_surroundings(Evidence::new(pairs.iter().copied()), surfaces, &ends, config, resolution)
 }
 
-/// Adds the normals, and the frames if the estimator needs them, of the surface points at both ends of each pair.
+/// Adds the normals, and the frames if the estimator needs them, of the surface points at both ends of each pair. Frames
+/// whose axes are too uncertain for the estimator are missing.
 fn with_surroundings(
     evidence: Evidence,
     surfaces: &Pair<Surface>,
@@ -156,7 +157,8 @@ fn with_surroundings(
         return evidence;
     }
     let frames = config.frame.build(resolution);
-    let at = |surface: &Surface, point: u32| -> Option<LocalFrame> { frames.frame(surface, point) };
+    let is_firm = |frame: &LocalFrame| frame.margins.weakest() >= config.estimator.min_frame_margin();
+    let at = |surface: &Surface, point: u32| frames.frame(surface, point).filter(is_firm);
     let both = |[p, q]: &[u32; 2]| Some((at(source, *p)?.axes, at(target, *q)?.axes));
     evidence.with_frames(ends.par_iter().map(both).collect())
 }
@@ -285,4 +287,34 @@ pub fn test_against_chance(
     let (confidence, doubt) = significance.judge(&test);
     let Significance { inliers, log10_false_alarms, .. } = significance;
     ChanceTest { inliers, log10_false_alarms, confidence, doubt }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use congruent_estimators::{EstimatorConfig, OnePointConfig};
+    use congruent_simulation::testing::bumpy;
+
+    #[test]
+    fn frames_with_uncertain_axes_are_left_out() {
+        let surfaces = Pair { source: bumpy(20, 1), target: bumpy(20, 2) };
+        let matches: Vec<_> =
+            (0..400).map(|i| Correspondence { source: i, target: 399 - i, distance: 0.0, score: 1.0 }).collect();
+        let mut counts = Vec::new();
+        for min_margin in [0.0, 0.1, 1.0] {
+            let estimator = EstimatorConfig::OnePoint(OnePointConfig { min_margin, ..OnePointConfig::default() });
+            let config = PipelineConfig { estimator, ..PipelineConfig::default() };
+            let evidence = evidence(&surfaces, &matches, &config, 0.4);
+            let frames = config.frame.build(0.4);
+            let is_firm = |surface: &Surface, point| {
+                frames.frame(surface, point).is_some_and(|frame| frame.margins.weakest() >= min_margin)
+            };
+            for (i, m) in matches.iter().enumerate() {
+                let are_firm = is_firm(&surfaces.source, m.source) && is_firm(&surfaces.target, m.target);
+                assert_eq!(evidence.frames(i).is_some(), are_firm, "{min_margin}");
+            }
+            counts.push((0..matches.len()).filter(|&i| evidence.frames(i).is_some()).count());
+        }
+        assert!(counts[0] > counts[1] && counts[1] > 40 && counts[2] == 0, "{counts:?}");
+    }
 }
