@@ -1,7 +1,7 @@
 //! Evenly spread keypoints: one point of the surface in each cell of a grid (as PCL's `UniformSampling`).
 
 use crate::{Detector, Keypoint};
-use congruent_geometry::{Length, Point, Surface};
+use congruent_geometry::{Length, Surface, most_central};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -38,28 +38,8 @@ pub struct Uniform {
 
 impl Detector for Uniform {
     fn detect(&self, surface: &Surface) -> Vec<Keypoint> {
-        let mut members: Vec<([i64; 3], f64, u32)> = surface
-            .points()
-            .par_iter()
-            .zip(0..surface.len() as u32)
-            .map(|(point, index)| {
-                let (cell, distance_sq) = self.place(point);
-                (cell, distance_sq, index)
-            })
-            .collect();
-        members.par_sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
-        members.dedup_by_key(|member| member.0);
-        members.par_sort_unstable_by_key(|member| member.2);
-        members.iter().map(|&(_, _, index)| Keypoint { index, response: 0.0 }).collect()
-    }
-}
-
-impl Uniform {
-    /// Returns the cell of a point and the squared distance from its centre, in cells.
-    fn place(&self, point: &Point) -> ([i64; 3], f64) {
-        let at = point.map(|v| f64::from(v) / self.leaf);
-        let distance_sq = at.iter().map(|v| (v - v.floor() - 0.5).powi(2)).sum();
-        (at.map(|v| v.floor() as i64), distance_sq)
+        let points = surface.points().par_iter().map(|point| point.map(f64::from));
+        most_central(points, self.leaf).into_iter().map(|index| Keypoint { index, response: 0.0 }).collect()
     }
 }
 
@@ -68,22 +48,6 @@ mod tests {
     use super::*;
     use crate::testing::indices;
     use congruent_simulation::testing::{bumpy, surface};
-    use std::collections::BTreeSet;
-
-    #[test]
-    fn each_occupied_cell_gives_the_point_nearest_to_its_centre() {
-        let surface = bumpy(30, 4);
-        let uniform = Uniform { leaf: 3.0 };
-        let keypoints = indices(&uniform.detect(&surface));
-        assert!(keypoints.is_sorted());
-        let cells: BTreeSet<_> = surface.points().iter().map(|p| uniform.place(p).0).collect();
-        assert_eq!(keypoints.len(), cells.len());
-        for k in keypoints {
-            let (cell, distance_sq) = uniform.place(&surface.points()[k as usize]);
-            let mut others = surface.points().iter().map(|p| uniform.place(p)).filter(|other| other.0 == cell);
-            assert!(others.all(|other| other.1 >= distance_sq));
-        }
-    }
 
     #[test]
     fn sampling_the_sample_changes_nothing() {

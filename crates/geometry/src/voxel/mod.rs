@@ -1,12 +1,14 @@
 //! Voxel grids: one point for each occupied cell.
 
 mod cell;
+mod central;
 mod means;
 mod numbered;
 
 use crate::Point;
 use crate::bounds::bounds;
 use cell::{Leaf, Packing};
+pub use central::most_central;
 use means::means;
 use numbered::{Marks, Numbered, distinct};
 

@@ -1,7 +1,7 @@
 //! Uniform thinning with a voxel grid.
 
 use super::only;
-use congruent_geometry::RawScan;
+use congruent_geometry::{RawScan, most_central};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -71,15 +71,8 @@ impl Grid {
 
     /// Returns the point nearest to the centre of each cell of side `leaf`.
     fn representatives(&self, leaf: f64) -> Vec<u32> {
-        let place = |&(i, p): &(u32, Vector3<f64>)| {
-            let cell = p.map(|v| (v / leaf).floor());
-            let from_centre = p / leaf - cell - Vector3::repeat(0.5);
-            ([cell.x as i64, cell.y as i64, cell.z as i64], from_centre.norm_squared(), i)
-        };
-        let mut places: Vec<_> = self.points.par_iter().map(place).collect();
-        places.par_sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
-        places.dedup_by(|later, first| later.0 == first.0);
-        places.into_iter().map(|(_, _, i)| i).collect()
+        let kept = most_central(self.points.par_iter().map(|(_, p)| (*p).into()), leaf);
+        kept.into_iter().map(|i| self.points[i as usize].0).collect()
     }
 }
 
