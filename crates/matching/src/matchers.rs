@@ -8,7 +8,8 @@ const MIN_SECOND_DISTANCE: f32 = 1e-6;
 
 /// Picks and ranks correspondences.
 pub trait Matcher: Send + Sync {
-    /// Returns ranked correspondences between surface points, best first; ties are ordered by row of the source.
+    /// Returns ranked correspondences between surface points, best first; ties go to the closer
+    /// descriptors, then to the earlier row of the source.
     fn matches(&self, source: &Features, target: &Features) -> Vec<Correspondence>;
 }
 
@@ -18,18 +19,14 @@ pub struct Nearest;
 
 impl Matcher for Nearest {
     fn matches(&self, source: &Features, target: &Features) -> Vec<Correspondence> {
-        let mut matches: Vec<_> = nearest_k(source, target, 2)
-            .iter()
-            .enumerate()
-            .filter_map(|(row, found)| correspondence(source, target, row, found, 0))
-            .collect();
+        let mut matches = matched(source, target, &nearest_k(source, target, 2), 1, |_| true);
         matches.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         matches
     }
 }
 
-/// Matches every source row with its nearest target row, ranked by Lowe's ratio; the best fraction is kept (the paper's
-/// choice).
+/// Matches every source row that has a ratio with its nearest target row, ranked by that (Lowe's); the best fraction is
+/// kept (the paper's choice).
 #[derive(Clone, Copy, Debug)]
 pub struct RatioRanked {
     /// Fraction of the matches that is kept, in (0, 1]; at least three if there are three.
@@ -38,14 +35,16 @@ pub struct RatioRanked {
 
 impl Matcher for RatioRanked {
     fn matches(&self, source: &Features, target: &Features) -> Vec<Correspondence> {
-        let mut matches = ranked_by_ratio(source, target);
+        let found = nearest_k(source, target, 2);
+        let mut matches = matched(source, target, &found, 1, |row| has_ratio(&found[row]));
+        rank(&mut matches);
         let kept = (self.keep * matches.len() as f64).floor() as usize;
         matches.truncate(kept.max(3));
         matches
     }
 }
 
-/// Matches rows that are each other's nearest, ranked by Lowe's ratio.
+/// Matches rows that are each other's nearest and have a ratio, ranked by Lowe's ratio.
 #[derive(Clone, Copy, Debug)]
 pub struct Mutual {
     /// Maximum number of matches; the best ranked are kept.
@@ -56,12 +55,7 @@ impl Matcher for Mutual {
     fn matches(&self, source: &Features, target: &Features) -> Vec<Correspondence> {
         let forth = nearest_k(source, target, 2);
         let is_mutual = chosen_back(source, target, &forth);
-        let mut matches: Vec<_> = forth
-            .iter()
-            .enumerate()
-            .filter(|(row, _)| is_mutual[*row])
-            .filter_map(|(row, found)| correspondence(source, target, row, found, 0))
-            .collect();
+        let mut matches = matched(source, target, &forth, 1, |row| is_mutual[row] && has_ratio(&forth[row]));
         rank(&mut matches);
         matches.truncate(self.limit);
         matches
@@ -97,50 +91,48 @@ pub struct TopK {
 impl Matcher for TopK {
     fn matches(&self, source: &Features, target: &Features) -> Vec<Correspondence> {
         let found = nearest_k(source, target, self.k.max(2));
-        let mut matches: Vec<_> = (0..self.k.min(target.len()))
-            .flat_map(|place| found.iter().enumerate().map(move |(row, found)| (row, found, place)))
-            .filter_map(|(row, found, place)| correspondence(source, target, row, found, place))
-            .collect();
+        let mut matches = matched(source, target, &found, self.k, |_| true);
         rank(&mut matches);
         matches
     }
 }
 
-fn ranked_by_ratio(source: &Features, target: &Features) -> Vec<Correspondence> {
-    let mut matches: Vec<_> = nearest_k(source, target, 2)
-        .iter()
-        .enumerate()
-        .filter_map(|(row, found)| correspondence(source, target, row, found, 0))
-        .collect();
-    rank(&mut matches);
-    matches
+/// Returns the matches of the rows to keep with the first `k` of their candidates, by row.
+fn matched(
+    source: &Features,
+    target: &Features,
+    found: &[Vec<Candidate>],
+    k: usize,
+    keep: impl Fn(usize) -> bool,
+) -> Vec<Correspondence> {
+    let kept = found.iter().enumerate().filter(|(row, _)| keep(*row));
+    let pairs = kept.flat_map(|(row, found)| found.iter().take(k).map(move |candidate| (row, candidate, score(found))));
+    let correspondence = |(row, candidate, score): (usize, &Candidate, f32)| Correspondence {
+        source: source.keypoints[row],
+        target: target.keypoints[candidate.row as usize],
+        distance: candidate.distance,
+        score,
+    };
+    pairs.map(correspondence).collect()
+}
+
+/// Returns whether the best two candidates of a row, if there are two, are not the same row twice.
+fn has_ratio(found: &[Candidate]) -> bool {
+    found.get(1).is_none_or(|second| second.distance >= MIN_SECOND_DISTANCE)
+}
+
+/// Returns the score by the ratio of the best two candidates; 0 if there is none.
+fn score(found: &[Candidate]) -> f32 {
+    match found {
+        [first, second, ..] if has_ratio(found) => 1.0 - first.distance / second.distance,
+        _ => 0.0,
+    }
 }
 
 /// Sorts by score, best first; ties (all scores tie if there is one target row and thus no ratio) go to the closer
 /// descriptors, then, since the sort is stable, to the earlier row of the source.
 fn rank(matches: &mut [Correspondence]) {
     matches.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.distance.total_cmp(&b.distance)));
-}
-
-fn correspondence(
-    source: &Features,
-    target: &Features,
-    row: usize,
-    found: &[Candidate],
-    place: usize,
-) -> Option<Correspondence> {
-    let score = match found {
-        [first, second, ..] if second.distance >= MIN_SECOND_DISTANCE => 1.0 - first.distance / second.distance,
-        [_, _, ..] => return None,
-        _ => 0.0,
-    };
-    let candidate = found.get(place)?;
-    Some(Correspondence {
-        source: source.keypoints[row],
-        target: target.keypoints[candidate.row as usize],
-        distance: candidate.distance,
-        score,
-    })
 }
 
 #[cfg(test)]
@@ -191,9 +183,14 @@ mod tests {
     }
 
     #[test]
-    fn repeated_target_rows_are_dropped() {
-        let matches = RatioRanked { keep: 1.0 }.matches(&line(&[0.0, 9.0], 0), &line(&[0.0, 0.0, 9.0], 0));
-        assert_eq!(pairs(&matches), [(1, 2)]);
+    fn repeated_target_rows_are_dropped_where_a_ratio_is_needed() {
+        let (source, target) = (line(&[0.0, 9.0], 0), line(&[0.0, 0.0, 9.0], 0));
+        assert_eq!(pairs(&RatioRanked { keep: 1.0 }.matches(&source, &target)), [(1, 2)]);
+        assert_eq!(pairs(&Mutual { limit: 10 }.matches(&source, &target)), [(1, 2)]);
+        assert_eq!(pairs(&Nearest.matches(&source, &target)), [(0, 0), (1, 2)]);
+        let matches = TopK { k: 2 }.matches(&source, &target);
+        assert_eq!(pairs(&matches), [(1, 2), (1, 0), (0, 0), (0, 1)]);
+        assert_eq!(matches.iter().map(|m| m.score).collect::<Vec<_>>(), [1.0, 1.0, 0.0, 0.0]);
     }
 
     #[test]
