@@ -163,6 +163,30 @@ fn tables_name_pairs_and_the_written_table_is_one() {
     assert_eq!((&again["target_from_source"], &again["seed"]), (&row["target_from_source"], &row["seed"]));
 }
 
+/// Rows that are there already, and parts of a run, belong to the table as it was.
+#[test]
+fn rows_of_another_table_are_neither_kept_nor_merged() {
+    let (scans, out) = (scans(), TempDir::new().unwrap());
+    let at = |name: &str| out.path().join(name);
+    let pairs = scans.path().join("pairs.jsonl");
+    let write = |first: &str| {
+        let first = format!("{{\"source\":\"view9.ply\",\"target\":\"view8.ply\",\"id\":\"p1\"{first}}}\n");
+        std::fs::write(&pairs, first + "{\"source\":\"view11.ply\",\"target\":\"view10.ply\",\"id\":\"p2\"}\n")
+            .unwrap();
+    };
+    let init = ",\"init\":[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]";
+    write("");
+    let options = ["-c", "paper", "--set", "estimator.ransac.iterations=1"];
+    batch(&pairs, &at("one"), &[&options[..], &["--shard", "1/2"]].concat());
+    write(init);
+    let resumed = batch(&pairs, &at("one"), &[&options[..], &["--shard", "1/2", "--resume"]].concat());
+    assert!(resumed.status.code() == Some(2) && stderr(&resumed).contains("other pairs"), "{}", stderr(&resumed));
+    batch(&pairs, &at("two"), &[&options[..], &["--shard", "2/2"]].concat());
+    let [one, two, all] = ["one", "two", "all"].map(|name| at(name).to_str().unwrap().to_owned());
+    let merged = congruent(&["merge", &one, &two, "-o", &all]);
+    assert!(merged.status.code() == Some(2) && stderr(&merged).contains("other pairs"), "{}", stderr(&merged));
+}
+
 /// One random sample finds nothing; a given pose competes with it and wins.
 #[test]
 fn an_initial_pose_in_the_table_is_used() {

@@ -89,6 +89,11 @@ impl Input {
             _ => Ok(input),
         }
     }
+
+    /// Returns the names of a pair's source and target.
+    pub(super) fn names(&self, job: &Job) -> [&str; 2] {
+        [job.source, job.target].map(|at| self.scans[at].name.as_str())
+    }
 }
 
 fn of_folder(folder: &Path, choice: Option<PairChoice>) -> Result<Input> {

@@ -1,10 +1,10 @@
 //! Which scans form pairs.
 
 use super::input::ScanFile;
-use crate::fingerprint::fnv;
+use crate::fingerprint::{fingerprint, fnv};
 use anyhow::{Result, bail};
-use congruent_geometry::RigidTransform;
 use congruent_geometry::random::Stream;
+use congruent_geometry::{RigidTransform, to_rows};
 use std::collections::BTreeSet;
 
 /// One pair to be registered.
@@ -26,6 +26,12 @@ impl Job {
     /// reader of JSON preserves it.
     pub(super) fn seed(&self, global: u64) -> u64 {
         (Stream::new(global, fnv(self.id.as_bytes())).unit() * (1u64 << 53) as f64) as u64
+    }
+
+    /// Returns a hash of all that the input says about this pair: its id, the names of its scans, its poses.
+    pub(super) fn fingerprint(&self, [source, target]: [&str; 2]) -> String {
+        let pose = |pose: &Option<RigidTransform>| pose.as_ref().map_or(String::new(), |p| format!("{:?}", to_rows(p)));
+        fingerprint(&[&self.id, source, target, &pose(&self.truth), &pose(&self.guess)])
     }
 }
 
@@ -189,5 +195,23 @@ mod tests {
         assert_ne!(jobs[0].seed(0), jobs[1].seed(0));
         assert_ne!(jobs[0].seed(0), jobs[0].seed(1));
         assert!(jobs.iter().all(|job| job.seed(7) < 1 << 53));
+    }
+
+    #[test]
+    fn a_fingerprint_depends_on_all_that_the_input_says() {
+        let plain = Job { id: "p".to_owned(), source: 0, target: 1, truth: None, guess: None };
+        let moved = |x: f64| Some(RigidTransform::translation(x, 0.0, 0.0));
+        let all = [
+            plain.fingerprint(["a", "b"]),
+            plain.fingerprint(["a", "c"]),
+            plain.fingerprint(["c", "b"]),
+            Job { id: "q".to_owned(), ..plain.clone() }.fingerprint(["a", "b"]),
+            Job { truth: moved(1.0), ..plain.clone() }.fingerprint(["a", "b"]),
+            Job { guess: moved(1.0), ..plain.clone() }.fingerprint(["a", "b"]),
+            Job { guess: moved(2.0), ..plain.clone() }.fingerprint(["a", "b"]),
+        ];
+        assert_eq!(BTreeSet::from(all.clone()).len(), all.len(), "{all:?}");
+        // Where the scans are in the input does not matter.
+        assert_eq!(Job { source: 5, target: 3, ..plain }.fingerprint(["a", "b"]), all[0]);
     }
 }

@@ -38,7 +38,7 @@ pub(super) struct Run {
     lengths: Vec<f64>,
     /// Number of pairs in the whole run, all shards together.
     pub(super) pairs: usize,
-    /// Hash of the ids of all pairs.
+    /// Hash of what the input says about all pairs: ids, scans, true and initial poses.
     pair_list: String,
     /// Hash of the points of each usable scan, by the scan's name.
     scans: BTreeMap<String, String>,
@@ -51,13 +51,13 @@ impl Run {
         let content = |(file, scan): (&ScanFile, &Result<Surveyed, String>)| {
             Some((file.name.clone(), format!("{:016x}", scan.as_ref().ok()?.content)))
         };
-        let ids: String = jobs.iter().map(|job| format!("{}\n", job.id)).collect();
+        let pairs: String = jobs.iter().map(|job| job.fingerprint(input.names(job)) + "\n").collect();
         Run {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             configuration: hash_of(config),
             lengths: survey.collection.as_ref().map_or_else(Vec::new, congruent_pipeline::Collection::lengths),
             pairs: jobs.len(),
-            pair_list: format!("{:016x}", fnv(ids.as_bytes())),
+            pair_list: format!("{:016x}", fnv(pairs.as_bytes())),
             scans: input.scans.iter().zip(&survey.scans).filter_map(content).collect(),
             shard: [shard.part, shard.of],
         }
@@ -94,7 +94,11 @@ impl Run {
         } else if self.version != other.version {
             Some(format!("it was written by version {}, not {}; choose another folder", other.version, self.version))
         } else if self.pair_list != other.pair_list || self.pairs != other.pairs {
-            Some("it has other pairs; use the same input and choice of pairs, or choose another folder".to_owned())
+            Some(
+                "it has other pairs, or other poses given for them; use the same input and choice of pairs, or choose \
+                 another folder"
+                    .to_owned(),
+            )
         } else if let Some((name, _)) =
             self.scans.iter().find(|(name, now)| other.scans.get(*name).is_some_and(|then| then != *now))
         {

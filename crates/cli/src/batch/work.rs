@@ -89,7 +89,6 @@ impl Work<'_> {
 
     fn row(&self, job: &Job, configuration: &str, enter: &dyn Fn(Stage)) -> Row {
         let seed = job.seed(self.config.seed);
-        let scan = |at: usize| self.input.scans[at].name.as_str();
         let start = Instant::now();
         let observe = |stage: Stage| {
             enter(stage);
@@ -98,7 +97,7 @@ impl Work<'_> {
             }
         };
         let registered = outcome(self.time_limit, || self.registered(job, seed, &observe));
-        let asked = Asked { job, names: [scan(job.source), scan(job.target)], seed, configuration };
+        let asked = Asked { job, names: self.input.names(job), seed, configuration };
         match registered {
             Ok((registration, centre)) => Row::done(asked, start.elapsed(), &registration, centre),
             Err(why) => Row::failed(asked, start.elapsed(), why),
