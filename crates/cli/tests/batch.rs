@@ -145,6 +145,30 @@ fn a_repaired_scan_has_its_pairs_done_and_the_others_stay_as_they_are() {
     assert!(changed > 0 && refused.status.code() == Some(2) && stderr(&refused).contains("has changed"));
 }
 
+/// A broken scan has one pair; as soon as it can be described, it has those with the scans most similar to it.
+#[test]
+fn a_repaired_scan_gets_the_pairs_that_are_like_it() {
+    let (scans, out) = (scans(), TempDir::new().unwrap());
+    let run =
+        |more: &[&str]| batch(scans.path(), out.path(), &[&["--pairs", "auto", "--neighbors", "2"], more].concat());
+    assert_eq!(run(&[]).status.code(), Some(1));
+    let before = rows(out.path());
+    std::fs::copy(scans.path().join("view9.ply"), scans.path().join("broken.ply")).unwrap();
+    let resumed = run(&["--resume"]);
+    assert_eq!(resumed.status.code(), Some(0), "{}", stderr(&resumed));
+    let after = rows(out.path());
+    let of_repaired = after.iter().filter(|row| row["id"].as_str().unwrap().contains("broken")).count();
+    assert!(of_repaired >= 2, "{after:?}");
+    for row in before.iter().filter(|row| row["status"] == "done") {
+        assert!(after.iter().find(|now| now["id"] == row["id"]).is_none_or(|now| now == row), "{row}");
+    }
+    assert!(before.iter().any(|row| row["status"] == "done" && after.contains(row)), "{}", stderr(&resumed));
+    // The repaired scan is known from now on.
+    std::fs::copy(scans.path().join("view8.ply"), scans.path().join("broken.ply")).unwrap();
+    let refused = run(&["--resume"]);
+    assert!(refused.status.code() == Some(2) && stderr(&refused).contains("has changed"), "{}", stderr(&refused));
+}
+
 #[test]
 fn tables_name_pairs_and_the_written_table_is_one() {
     let (scans, out) = (scans(), TempDir::new().unwrap());

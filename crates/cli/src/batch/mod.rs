@@ -15,6 +15,7 @@ mod pairs;
 mod parquet;
 mod results;
 mod row;
+mod run;
 mod survey;
 mod table;
 mod work;
@@ -34,8 +35,9 @@ use crew::Crew;
 pub(crate) use input::Input;
 use input::Wanted;
 use pairs::Job;
-use results::{Results, Run};
+use results::Results;
 pub(crate) use row::Row;
+use run::Run;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -95,14 +97,18 @@ fn batch(
     let Some(survey) = Survey::of(input, config, &crew)? else { return Ok(stopped()) };
     // A scan that was repaired since the first run would change the lengths, and with them all rows.
     let survey = match Run::read(&args.output) {
-        Ok(before) if args.resume => survey.with_lengths(before.lengths()),
+        Ok(before) if args.resume => survey.with_lengths(&before.lengths),
         _ => survey,
     };
     let neighbors = args.neighbors.unwrap_or(NEIGHBORS) as usize;
     let Some(jobs) = chosen(input, &survey, &cache, &crew, neighbors)? else { return Ok(stopped()) };
     let run = Run::new(config, input, &survey, &jobs, args.shard);
     let mine: Vec<Job> = args.shard.of(jobs);
-    let results = Results::open(&args.output, run, config, args.resume)?;
+    let wanted = mine.iter().map(|job| job.fingerprint(input.names(job))).collect();
+    let results = Results::open(&args.output, run, &wanted, config, args.resume)?;
+    if results.dropped > 0 {
+        output::remark(&format!("{} earlier rows are not of the pairs wanted now and are dropped", results.dropped));
+    }
     let missing: Vec<Job> = mine.into_iter().filter(|job| !results.has(&job.id)).collect();
 
     let work = Work { input, survey: &survey, cache: &cache, config, time_limit: args.time_limit };

@@ -14,6 +14,8 @@ pub(crate) struct Row {
     pub(crate) id: String,
     pub(crate) source: String,
     pub(crate) target: String,
+    /// Hash of what the input said about the pair; not in the table.
+    pub(super) pair: String,
     pub(super) status: Status,
     pub(crate) verdict: Option<Verdict>,
     pub(super) reason: Option<String>,
@@ -80,6 +82,7 @@ impl Row {
             id: job.id.clone(),
             source: names[0].to_owned(),
             target: names[1].to_owned(),
+            pair: job.fingerprint(names),
             status: Status::Done,
             verdict: None,
             reason: None,
