@@ -247,6 +247,34 @@ fn a_data_set_is_compared_with_its_truth() {
     assert!(row["id"] == "view9.ply--view9.ply" && row["rotation_error_deg"].as_f64().unwrap() < 0.1, "{row}");
 }
 
+/// The scans of one pair are the same; those of the other, moved far apart, share nothing.
+#[test]
+fn a_data_set_says_how_much_its_pairs_overlap_and_what_is_broken() {
+    let (scans, out) = (scans(), TempDir::new().unwrap());
+    let toml = |scenes: &str, more: &str| {
+        let truth = "[truth]\nformat = 'pose-list'\npath = '{scene}.txt'\n";
+        let text = format!("name = 'set'\nscenes = [{scenes}]\nscans = '.'\n{more}{truth}");
+        std::fs::write(scans.path().join("dataset.toml"), text).unwrap();
+    };
+    let motion = |x: &str| format!("1 0 0 {x} 0 1 0 0 0 0 1 0 0 0 0 1");
+    let text = format!("view9.ply view9.ply {}\nview8.ply view8.ply {}\n", motion("0"), motion("1e4"));
+    std::fs::write(scans.path().join("a.txt"), text).unwrap();
+    let run = |name: &str, more: &[&str]| {
+        let output = batch(scans.path(), &out.path().join(name), more);
+        (output.status.code(), rows(&out.path().join(name)).len(), stderr(&output))
+    };
+    let quick = ["-c", "paper", "--set", "estimator.ransac.iterations=1"];
+    toml("'a'", "[pairs]\nmin-overlap = 0.1\n");
+    let (code, n_rows, said) = run("overlapping", &quick);
+    assert_eq!((code, n_rows), (Some(0), 1), "{said}");
+    let (code, n_rows, said) = run("chosen", &[&quick[..], &["--sequential"]].concat());
+    assert_eq!((code, n_rows), (Some(0), 1), "both scans are there: {said}");
+    toml("'a', 'gone'", "");
+    let (code, n_rows, said) = run("broken", &quick);
+    assert_eq!((code, n_rows), (Some(1), 2), "{said}");
+    assert_eq!(said.matches("gone.txt: cannot be read").count(), 1, "{said}");
+}
+
 #[test]
 fn corrupt_and_empty_scans_are_rows_and_a_directory_is_told() {
     let (scans, out) = (scans(), TempDir::new().unwrap());

@@ -53,7 +53,8 @@ pub(crate) enum Command {
     /// id, the true pose and an initial pose), a folder with pairs.csv and scans/, or a dataset.toml. Each scan is
     /// described once, with one working length for all of them (the median of what the scans would have alone). A scan
     /// that cannot be used, or a pair that is given up, becomes a row with an error; the others continue. Exit code 1
-    /// means that there are such rows. A congruent.toml in the folder is used.
+    /// means that there are such rows, or that a part of a data set's ground truth could not be used. A congruent.toml in
+    /// the folder is used.
     Batch(BatchArgs),
     /// Join the parts of a batch that was run with --shard
     Merge(MergeArgs),

@@ -3,9 +3,8 @@
 use super::pairs::{self, Job};
 use super::table::{self, Line};
 use crate::args::PairChoice;
-use crate::commands::Reading;
+use crate::commands::{Reading, listed_pairs};
 use anyhow::{Context, Result, bail};
-use congruent_io::read_dataset;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -30,6 +29,8 @@ pub(crate) struct Input {
     pub(super) wanted: Wanted,
     /// Remarks for the user on anything unusual.
     pub(super) remarks: Vec<String>,
+    /// Number of pairs, scenes or parts of a ground truth that cannot be used; each has been reported.
+    pub(super) broken: usize,
 }
 
 #[derive(Clone, Debug)]
@@ -90,6 +91,11 @@ impl Input {
         }
     }
 
+    /// Returns the input with another choice of pairs.
+    pub(crate) fn choosing(self, choice: PairChoice) -> Input {
+        Input { wanted: choice.into(), ..self }
+    }
+
     /// Returns the names of a pair's source and target.
     pub(super) fn names(&self, job: &Job) -> [&str; 2] {
         [job.source, job.target].map(|at| self.scans[at].name.as_str())
@@ -121,7 +127,7 @@ fn of_folder(folder: &Path, choice: Option<PairChoice>) -> Result<Input> {
     in_order(&mut scans);
     remarks.sort();
     let wanted = choice.map_or(Wanted::All, Wanted::from);
-    Ok(Input { folder: folder.to_owned(), scans, reading: Reading::default(), wanted, remarks })
+    Ok(Input { folder: folder.to_owned(), scans, reading: Reading::default(), wanted, remarks, broken: 0 })
 }
 
 fn in_order(scans: &mut [ScanFile]) {
@@ -138,11 +144,17 @@ fn of_table(path: &Path) -> Result<Input> {
         Job { id, source, target, truth: line.truth, guess: line.guess }
     };
     let jobs = lines.into_iter().map(job).collect();
-    Ok(Input { folder, scans: scans.files, reading: Reading::default(), wanted: Wanted::Listed(jobs), remarks })
+    let wanted = Wanted::Listed(jobs);
+    Ok(Input { folder, scans: scans.files, reading: Reading::default(), wanted, remarks, broken: 0 })
 }
 
 fn of_dataset(path: &Path, data: Option<&Path>, choice: Option<PairChoice>) -> Result<Input> {
-    let dataset = read_dataset(path, data)?;
+    // With another choice of pairs only the scans count, those that overlap with no other one included.
+    let dataset = listed_pairs(path, data, choice.map(|_| 0.0))?;
+    if dataset.pairs.is_empty() && dataset.min_overlap > 0.0 {
+        let (shown, least) = (path.display(), dataset.min_overlap);
+        bail!("{shown}: no pair has an overlap of {least}; lower min-overlap in it, or choose pairs with --pairs");
+    }
     let mut scans = Scans::default();
     let jobs = dataset.pairs.iter().map(|pair| Job {
         id: pairs::id_of(&pair.source, &pair.target),
@@ -157,9 +169,8 @@ fn of_dataset(path: &Path, data: Option<&Path>, choice: Option<PairChoice>) -> R
         in_order(&mut scans);
         wanted = choice.into();
     }
-    let broken = dataset.broken.iter().map(|error| format!("{error}; the pair is skipped"));
-    let remarks = dataset.warnings.iter().cloned().chain(broken).collect();
-    Ok(Input { folder: folder_of(path), scans, reading: Reading::default(), wanted, remarks })
+    let (remarks, broken) = (Vec::new(), dataset.broken.len());
+    Ok(Input { folder: folder_of(path), scans, reading: Reading::default(), wanted, remarks, broken })
 }
 
 /// Collects each scan once.

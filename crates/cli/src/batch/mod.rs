@@ -44,7 +44,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(crate) use survey::Survey;
 use work::{PanicSilence, Work};
 
-/// Exit code if some pair ended with an error or was given up.
+/// Exit code if some pair ended with an error or was given up, or could not be taken from the input.
 const SOME_FAILED: u8 = 1;
 /// The exit code that shells expect of a program that was stopped by Ctrl-C.
 const INTERRUPTED: u8 = 130;
@@ -54,7 +54,11 @@ const CACHE_SHARE: f64 = 0.5;
 const NEIGHBORS: u32 = 8;
 
 pub(crate) fn run(args: &BatchArgs) -> Result<ExitCode> {
-    run_then(args, &|ended| Ok(if ended.errors > 0 { ExitCode::from(SOME_FAILED) } else { ExitCode::SUCCESS }))
+    let input = Input::find(&args.input, args.wanted(), args.data.as_deref())?;
+    run_then(args, input, &|ended| {
+        let is_whole = ended.errors == 0 && ended.input.broken == 0;
+        Ok(if is_whole { ExitCode::SUCCESS } else { ExitCode::from(SOME_FAILED) })
+    })
 }
 
 /// All pairs of a run that was not interrupted, and what was computed for them.
@@ -68,9 +72,12 @@ pub(crate) struct Ended<'a> {
     pub(crate) errors: usize,
 }
 
-/// Registers the pairs and calls `then` with them; its exit code is returned.
-pub(crate) fn run_then(args: &BatchArgs, then: &dyn Fn(&Ended<'_>) -> Result<ExitCode>) -> Result<ExitCode> {
-    let found = Input::find(&args.input, args.wanted(), args.data.as_deref())?;
+/// Registers the pairs of the input and calls `then` with them; its exit code is returned.
+pub(crate) fn run_then(
+    args: &BatchArgs,
+    found: Input,
+    then: &dyn Fn(&Ended<'_>) -> Result<ExitCode>,
+) -> Result<ExitCode> {
     let input = Input { reading: Reading::new(args.reading), ..found };
     if args.neighbors.is_some() && !matches!(input.wanted, Wanted::Auto) {
         bail!("--neighbors needs --pairs auto; add that, or omit --neighbors");

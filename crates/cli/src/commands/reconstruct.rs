@@ -20,16 +20,16 @@ pub(crate) fn run(args: &ReconstructArgs) -> Result<ExitCode> {
     if !args.folder.is_dir() {
         bail!("{}: is not a folder; give one that contains scans", args.folder.display());
     }
-    let scans = Input::find(&args.folder, Some(PairChoice::All), None)?.scans;
+    let input = Input::find(&args.folder, Some(PairChoice::All), None)?;
     let holds_scans =
         |place: &Path| place.canonicalize().is_ok_and(|place| args.output.canonicalize().is_ok_and(|o| o == place));
-    if scans.iter().filter_map(|scan| scan.path.parent()).any(holds_scans) {
+    if input.scans.iter().filter_map(|scan| scan.path.parent()).any(holds_scans) {
         let output = args.output.display();
         bail!("{output}: contains the scans, so the model would be mistaken for one; choose another folder for -o");
     }
-    let n_scans = scans.len();
-    let choice = if n_scans <= ALL_PAIRS_UP_TO { PairChoice::All } else { PairChoice::Auto };
-    batch::run_then(&args.batch(args.pairs.unwrap_or(choice)), &|ended| reconstructed(args, ended))
+    let choice = if input.scans.len() <= ALL_PAIRS_UP_TO { PairChoice::All } else { PairChoice::Auto };
+    let choice = args.pairs.unwrap_or(choice);
+    batch::run_then(&args.batch(choice), input.choosing(choice), &|ended| reconstructed(args, ended))
 }
 
 fn reconstructed(args: &ReconstructArgs, ended: &Ended<'_>) -> Result<ExitCode> {
