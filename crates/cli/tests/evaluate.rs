@@ -203,6 +203,39 @@ fn any_mesh_can_be_scanned_and_a_cloud_cannot() {
 }
 
 #[test]
+fn a_data_set_of_other_meshes_is_another_one_and_one_without_pairs_is_none() {
+    let folder = TempDir::new().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let pyramid =
+        |height: u32| format!("OFF\n4 4 0\n0 0 0\n3 0 0\n0 2 0\n0 0 {height}\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+    fs::write(path("a.off"), pyramid(1)).unwrap();
+    let simulate = |set: &str, mesh: &str, pairs: &str| {
+        let output = congruent(&["simulate", "u3m-like", &path(set), "--pairs", pairs, "--mesh", &path(mesh)]);
+        (output.status.code(), text(&output.stderr))
+    };
+    let (code, said) = simulate("set", "a.off", "1");
+    assert_eq!(code, Some(0), "{said}");
+    let description = fs::read_to_string(path("set/dataset.toml")).unwrap();
+    assert!(description.contains("--mesh a.off") && description.contains("scans of a.off"), "{description}");
+    assert!(!description.contains("figurines") && !description.contains(&path("")), "{description}");
+    assert_eq!(simulate("set", "a.off", "1").0, Some(0), "the same again");
+    fs::copy(path("a.off"), path("b.off")).unwrap();
+    fs::write(path("a.off"), pyramid(2)).unwrap();
+    for mesh in ["a.off", "b.off"] {
+        let (code, said) = simulate("set", mesh, "1");
+        assert!(code == Some(2) && said.contains("contains another data set"), "{said}");
+    }
+    assert_eq!(fs::read_to_string(path("set/dataset.toml")).unwrap(), description);
+    // All faces of this one are lines.
+    fs::write(path("line.off"), "OFF\n3 1 0\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n").unwrap();
+    let (code, said) = simulate("none", "line.off", "1");
+    assert!(code == Some(2) && said.contains("faces have an area"), "{said}");
+    let (code, said) = simulate("none", "a.off", "0");
+    assert!(code == Some(2) && said.contains("ask for more than 0"), "{said}");
+    assert!(!folder.path().join("none/pairs.csv").exists());
+}
+
+#[test]
 fn an_experiment_leaves_tables() {
     let bench = Bench::new();
     let output = congruent(&["experiment", "estimators", &bench.data(), "--pairs", "1", "-o", &bench.path("t2")]);

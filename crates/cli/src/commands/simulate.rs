@@ -1,6 +1,7 @@
 //! `congruent simulate`: a data set with exact ground truth.
 
 use crate::args::{SimulateArgs, SimulatedKind};
+use crate::fingerprint::hash;
 use crate::output;
 use crate::progress::Bar;
 use anyhow::{Context, Result, bail};
@@ -15,37 +16,58 @@ const PAIRS: &str = "pairs.csv";
 const DESCRIPTION: &str = "dataset.toml";
 /// After this many consecutive groups without a pair, none is expected any more.
 const FRUITLESS_GROUPS: u64 = 20;
+/// Exit code if there are fewer pairs than were asked for.
+const TOO_FEW: u8 = 1;
 
 pub(super) fn run(args: &SimulateArgs) -> Result<ExitCode> {
-    check_directory(&args.directory, &description(args))?;
-    let meshes = args.mesh.iter().map(|file| mesh(file)).collect::<Result<Vec<Mesh>>>()?;
+    if args.pairs == 0 {
+        bail!("a data set without pairs is of no use; ask for more than 0 with --pairs");
+    }
+    let shapes = args.mesh.iter().map(|file| Shape::read(file)).collect::<Result<Vec<Shape>>>()?;
+    let description = description(args, &shapes);
+    check_directory(&args.directory, &description)?;
     let scans = args.directory.join("scans");
     std::fs::create_dir_all(&scans).with_context(|| format!("{}: cannot be created", scans.display()))?;
+    let meshes = shapes.into_iter().map(|shape| shape.mesh).collect();
     let benchmark = Benchmark::of_shapes(args.kind.into(), args.seed, meshes);
-    let bar = Bar::new(args.pairs as u64);
+    let (lines, n_scans) = scanned(&benchmark, args.pairs, &scans)?;
+    if lines.is_empty() {
+        bail!(
+            "no two scans share anything in {FRUITLESS_GROUPS} groups of scans; give meshes whose faces have an area"
+        );
+    }
+    write_file(&args.directory.join(PAIRS), pairs_csv(&lines).as_bytes())?;
+    write_file(&args.directory.join(DESCRIPTION), description.as_bytes())?;
+    let (shown, n_pairs) = (args.directory.display(), lines.len());
+    output::remark(&format!(
+        "Wrote {n_pairs} pairs of {n_scans} scans into {shown}.\nNext: congruent evaluate {shown} -o evaluation"
+    ));
+    if n_pairs < args.pairs {
+        output::remark(&format!(
+            "warning: {n_pairs} pairs instead of {}: {FRUITLESS_GROUPS} further groups of scans had none",
+            args.pairs
+        ));
+        return Ok(ExitCode::from(TOO_FEW));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes scans until there are enough pairs, or no more are expected. Returns the pairs and the number of scans.
+fn scanned(benchmark: &Benchmark, wanted: usize, folder: &Path) -> Result<(Vec<PairLine>, usize)> {
+    let bar = Bar::new(wanted as u64);
     let (mut lines, mut written, mut last_fruitful) = (Vec::new(), HashSet::new(), 0);
     for number in 0.. {
-        if lines.len() >= args.pairs || number - last_fruitful > FRUITLESS_GROUPS {
+        if lines.len() >= wanted || number - last_fruitful > FRUITLESS_GROUPS {
             break;
         }
-        let group = benchmark.group(number);
         let before = lines.len();
-        add(&group, args.pairs, &scans, &mut lines, &mut written)?;
+        add(&benchmark.group(number), wanted, folder, &mut lines, &mut written)?;
         if lines.len() > before {
             last_fruitful = number;
         }
         bar.at(lines.len() as u64, "");
     }
-    write_file(&args.directory.join(PAIRS), pairs_csv(&lines).as_bytes())?;
-    write_file(&args.directory.join(DESCRIPTION), description(args).as_bytes())?;
-    output::remark(&format!(
-        "Wrote {} pairs of {} scans into {}.\nNext: congruent evaluate {} -o evaluation",
-        lines.len(),
-        written.len(),
-        args.directory.display(),
-        args.directory.display()
-    ));
-    Ok(ExitCode::SUCCESS)
+    Ok((lines, written.len()))
 }
 
 /// Refuses a directory that holds another data set: its list would be replaced, and its scans would remain among the
@@ -58,20 +80,35 @@ fn check_directory(directory: &Path, description: &str) -> Result<()> {
     bail!("{}: contains another data set; choose another directory, or remove it", directory.display());
 }
 
-/// Reads a surface to scan.
-fn mesh(file: &Path) -> Result<Mesh> {
-    let raw = read_scan(file)?;
-    if raw.triangles.is_empty() {
-        bail!("{}: has no faces, so there is no surface to scan; give a triangle mesh", file.display());
+/// A surface to scan.
+struct Shape {
+    /// Of its file, without the folder.
+    name: String,
+    mesh: Mesh,
+}
+
+impl Shape {
+    fn read(file: &Path) -> Result<Shape> {
+        let raw = read_scan(file)?;
+        if raw.triangles.is_empty() {
+            bail!("{}: has no faces, so there is no surface to scan; give a triangle mesh", file.display());
+        }
+        if raw.points.iter().flatten().any(|v| !v.is_finite()) {
+            bail!("{}: has vertices that are not finite; remove them", file.display());
+        }
+        let mesh = Mesh { points: raw.points, triangles: raw.triangles };
+        if mesh.bounding_sphere().1 == 0.0 {
+            bail!("{}: all vertices coincide; give a mesh with an extent", file.display());
+        }
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Shape { name, mesh })
     }
-    if raw.points.iter().flatten().any(|v| !v.is_finite()) {
-        bail!("{}: has vertices that are not finite; remove them", file.display());
+
+    /// Returns a hash of the vertices and faces.
+    fn content(&self) -> u64 {
+        let points = self.mesh.points.iter().flatten().map(|v| v.to_bits());
+        hash(points.chain(self.mesh.triangles.iter().flatten().map(|corner| u64::from(*corner))))
     }
-    let mesh = Mesh { points: raw.points, triangles: raw.triangles };
-    if mesh.bounding_sphere().1 == 0.0 {
-        bail!("{}: all vertices coincide; give a mesh with an extent", file.display());
-    }
-    Ok(mesh)
 }
 
 /// Writes the scans that the wanted pairs need, each once.
@@ -99,13 +136,24 @@ fn add(
     Ok(())
 }
 
-fn description(args: &SimulateArgs) -> String {
+/// Returns the `dataset.toml`. It has all that the data depend on, so that another one belongs to other data.
+fn description(args: &SimulateArgs, shapes: &[Shape]) -> String {
     let kind = args.kind.name();
+    let quoted = |text: String| toml::Value::String(text).to_string();
+    // A name may contain anything, even a line break.
+    let options: String = shapes.iter().map(|shape| format!(" --mesh {}", shape.name.escape_debug())).collect();
+    let contents: String = shapes
+        .iter()
+        .map(|shape| format!("# {}: hash of vertices and faces {:016x}\n", shape.name.escape_debug(), shape.content()))
+        .collect();
+    let names: Vec<&str> = shapes.iter().map(|shape| shape.name.as_str()).collect();
+    let subject = if names.is_empty() { "figurines".to_owned() } else { names.join(", ") };
     format!(
-        "# Made by `congruent simulate {kind} DIR --pairs {} --seed {}`; the truth is exact.\nname = \"{kind}\"\nabout = \"{}\"\nunit = \"hundredths of the object's longest side\"\nlicence = \"CC0-1.0\"\nsource = \"congruent simulate\"\nscans = \"scans\"\n\n[truth]\nformat = \"pairs-csv\"\npath = \"pairs.csv\"\n",
+        "# Made by `congruent simulate {kind} DIR --pairs {} --seed {}{options}`; the truth is exact.\n{contents}name = \"{kind}\"\nabout = {}\nunit = \"hundredths of the object's longest side\"\nlicence = {}\nsource = \"congruent simulate\"\nscans = \"scans\"\n\n[truth]\nformat = \"pairs-csv\"\npath = \"pairs.csv\"\n",
         args.pairs,
         args.seed,
-        args.kind.about()
+        quoted(args.kind.about(&subject)),
+        quoted(if shapes.is_empty() { "CC0-1.0" } else { "that of the meshes" }.to_owned()),
     )
 }
 
@@ -119,12 +167,15 @@ impl SimulatedKind {
         }
     }
 
-    fn about(self) -> &'static str {
+    /// Returns what the data set shows; `subject` is what was scanned.
+    fn about(self, subject: &str) -> String {
         match self {
-            SimulatedKind::U3m => "laser scans of figurines from all around",
-            SimulatedKind::Bmr => "depth camera images of figurines: noise that grows with range, steps, holes",
-            SimulatedKind::U3or => "whole figurines in laser scans of several on a table",
-            SimulatedKind::Bod5 => "depth camera images of figurines in images of several on a table",
+            SimulatedKind::U3m => format!("laser scans of {subject} from all around"),
+            SimulatedKind::Bmr => {
+                format!("depth camera images of {subject}: noise that grows with range, steps, holes")
+            }
+            SimulatedKind::U3or => format!("whole {subject} in laser scans of several on a table"),
+            SimulatedKind::Bod5 => format!("depth camera images of {subject} in images of several on a table"),
         }
     }
 }
