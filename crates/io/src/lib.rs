@@ -34,7 +34,8 @@ mod xyz;
 
 pub use csv::{csv_fields, csv_line};
 pub use dataset::{
-    About, Dataset, DatasetFault, PairLine, PairsAbout, TruePair, TruthAbout, TruthFormat, pairs_csv, read_dataset,
+    About, Dataset, DatasetFault, PairColumns, PairEntry, PairLine, PairsAbout, TruePair, TruthAbout, TruthFormat,
+    pair_table, pairs_csv, read_dataset,
 };
 pub use error::IoError;
 pub use motion::{Motion, MotionFault};

@@ -1,10 +1,12 @@
 //! What is to be registered: a folder of scans, a table of pairs, or a data set.
 
 use super::pairs::{self, Job};
-use super::table::{self, Line};
+use super::table::Table;
 use crate::args::PairChoice;
 use crate::commands::{Reading, listed_pairs};
+use crate::output;
 use anyhow::{Context, Result, bail};
+use congruent_io::PairEntry;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -73,11 +75,11 @@ impl Input {
             bail!("{}: --data is for a {DATASET}, but there is none; omit --data", path.display());
         } else if is_folder {
             let table = path.join(TABLE);
-            if choice.is_none() && table.is_file() { of_table(&table)? } else { of_folder(path, choice)? }
+            if choice.is_none() && table.is_file() { of_own_table(&table)? } else { of_folder(path, choice)? }
         } else if choice.is_some() {
             bail!("{}: a table lists its own pairs; omit --pairs and --sequential", path.display());
         } else {
-            of_table(path)?
+            of_given_table(path)?
         };
         match &input.wanted {
             Wanted::Listed(jobs) if jobs.is_empty() => bail!("{}: lists no pairs; add at least one", path.display()),
@@ -134,18 +136,35 @@ fn in_order(scans: &mut [ScanFile]) {
     scans.sort_by_cached_key(|scan| (pairs::natural(&scan.name), scan.name.clone()));
 }
 
-fn of_table(path: &Path) -> Result<Input> {
-    let (lines, remarks) = table::read(path)?;
+/// Takes a table that the user named: any fault stops.
+fn of_given_table(path: &Path) -> Result<Input> {
+    let table = Table::read(path)?;
+    match table.faults.first() {
+        Some(fault) => bail!("{fault}"),
+        None => Ok(of_table(path, table)),
+    }
+}
+
+/// Takes the table of a folder, which may be a data set: what cannot be used is reported and skipped, as in one.
+fn of_own_table(path: &Path) -> Result<Input> {
+    let table = Table::read(path)?;
+    match table.faults.first() {
+        Some(fault) if table.pairs.is_empty() => bail!("{fault}"),
+        _ => table.faults.iter().for_each(|fault| output::complain(&format!("{fault}; the pair is skipped"))),
+    }
+    Ok(of_table(path, table))
+}
+
+fn of_table(path: &Path, Table { pairs, faults, remarks }: Table) -> Input {
     let folder = folder_of(path);
     let mut scans = Scans::default();
-    let job = |line: Line| {
-        let [source, target] = [&line.source, &line.target].map(|name| scans.place(name, || located(&folder, name)));
-        let id = line.id.unwrap_or_else(|| pairs::id_of(&line.source, &line.target));
-        Job { id, source, target, truth: line.truth, guess: line.guess }
+    let job = |pair: PairEntry| {
+        let [source, target] = [&pair.source, &pair.target].map(|name| scans.place(name, || located(&folder, name)));
+        let id = pair.id.unwrap_or_else(|| pairs::id_of(&pair.source, &pair.target));
+        Job { id, source, target, truth: pair.truth.map(|truth| truth.pose), guess: pair.init.map(|init| init.pose) }
     };
-    let jobs = lines.into_iter().map(job).collect();
-    let wanted = Wanted::Listed(jobs);
-    Ok(Input { folder, scans: scans.files, reading: Reading::default(), wanted, remarks, broken: 0 })
+    let wanted = Wanted::Listed(pairs.into_iter().map(job).collect());
+    Input { folder, scans: scans.files, reading: Reading::default(), wanted, remarks, broken: faults.len() }
 }
 
 fn of_dataset(path: &Path, data: Option<&Path>, choice: Option<PairChoice>) -> Result<Input> {
@@ -157,7 +176,7 @@ fn of_dataset(path: &Path, data: Option<&Path>, choice: Option<PairChoice>) -> R
     }
     let mut scans = Scans::default();
     let jobs = dataset.pairs.iter().map(|pair| Job {
-        id: pairs::id_of(&pair.source, &pair.target),
+        id: pair.id.clone().unwrap_or_else(|| pairs::id_of(&pair.source, &pair.target)),
         source: scans.place(&pair.source, || pair.source_file.clone()),
         target: scans.place(&pair.target, || pair.target_file.clone()),
         truth: Some(pair.target_from_source),
@@ -264,5 +283,32 @@ mod tests {
         let input = Input::find(&tables.join("t.csv"), None, None).unwrap();
         assert_eq!(input.scans.len(), 2);
         assert!(input.scans.iter().all(|scan| scan.path.is_file()), "{:?}", input.scans);
+    }
+
+    #[test]
+    fn a_bad_line_stops_a_given_table_and_is_skipped_in_that_of_a_folder_with_or_without_a_description() {
+        let folder = tempfile::tempdir().unwrap();
+        let table = folder.path().join("pairs.csv");
+        let matrix = "r00,r01,r02,tx,r10,r11,r12,ty,r20,r21,r22,tz";
+        let good = "1,0,0,5,0,1,0,0,0,0,1,0";
+        // The same pair twice is told apart by its ids.
+        let text =
+            format!("id,source,target,{matrix}\np,b,a,{good}\nq,b,a,{good}\nbad,b,a,{}\n", good.replace('5', "x"));
+        std::fs::write(&table, text).unwrap();
+        check(&table, None, "line 4: `x` in the column `tx`");
+        let found = || {
+            let input = Input::find(folder.path(), None, None).unwrap();
+            let Wanted::Listed(jobs) = input.wanted else { panic!("{:?}", input.wanted) };
+            let ids: Vec<String> = pairs::sorted(jobs).unwrap().into_iter().map(|job| job.id).collect();
+            (ids, input.broken)
+        };
+        assert_eq!(found(), (vec!["p".to_owned(), "q".to_owned()], 1));
+        let toml = "name = 'set'\n[truth]\nformat = 'pairs-csv'\npath = 'pairs.csv'\n";
+        std::fs::write(folder.path().join("dataset.toml"), toml).unwrap();
+        assert_eq!(found(), (vec!["p".to_owned(), "q".to_owned()], 1));
+        std::fs::remove_file(folder.path().join("dataset.toml")).unwrap();
+        std::fs::write(&table, "source,target\nb,\n").unwrap();
+        let message = Input::find(folder.path(), None, None).unwrap_err().to_string();
+        assert!(message.contains("pairs.csv: line 2: source, target"), "{message}");
     }
 }

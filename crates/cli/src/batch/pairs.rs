@@ -118,7 +118,7 @@ fn reaching_all(
 pub(super) fn sorted(mut jobs: Vec<Job>) -> Result<Vec<Job>> {
     jobs.sort_by(|a, b| a.id.cmp(&b.id));
     if let Some(two) = jobs.windows(2).find(|two| two[0].id == two[1].id) {
-        bail!("two pairs have the id `{}`; give each its own id in the column id", two[0].id);
+        bail!("two pairs have the id `{}`; remove one, or give each its own in the column id of a table", two[0].id);
     }
     Ok(jobs)
 }

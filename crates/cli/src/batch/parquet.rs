@@ -2,7 +2,6 @@
 
 use super::columns::{Cell, cells};
 use super::row::Row;
-use super::table::Columns;
 use super::work::guarded;
 use anyhow::{Result, anyhow};
 use parquet::basic::{Compression, ConvertedType, Repetition, Type as Physical};
@@ -21,25 +20,28 @@ use std::sync::Arc;
 const PRESENT: i16 = 1;
 const ABSENT: i16 = 0;
 
+/// Names of columns, and rows of as many fields; fields without a value are empty.
+type Columns = (Vec<String>, Vec<Vec<String>>);
+
 /// Reads those of the wanted columns that a file has, as text.
-pub(super) fn read(path: &Path, wanted: &[&str]) -> Result<Columns> {
+pub(super) fn read(path: &Path, wanted: &[String]) -> Result<Columns> {
     // The reader panics on some unusual types.
     guarded(|| read_columns(path, wanted).map_err(|error| format!("{error:#}")))
         .map_err(|message| anyhow!("cannot be read as Parquet: {message}; write it again, or as CSV"))
 }
 
-fn read_columns(path: &Path, wanted: &[&str]) -> Result<Columns> {
+fn read_columns(path: &Path, wanted: &[String]) -> Result<Columns> {
     let reader = SerializedFileReader::new(File::open(path)?)?;
     let schema = reader.metadata().file_metadata().schema();
-    let is_wanted = |field: &Arc<Type>| wanted.contains(&field.name());
+    let is_wanted = |field: &Arc<Type>| wanted.iter().any(|name| name == field.name());
     let fields: Vec<Arc<Type>> = schema.get_fields().iter().filter(|field| is_wanted(field)).cloned().collect();
     let names = fields.iter().map(|field| field.name().to_owned()).collect();
     let projection = Type::group_type_builder(schema.name()).with_fields(fields).build()?;
     let mut rows = Vec::new();
-    for (number, row) in (1..).zip(reader.get_row_iter(Some(projection))?) {
-        rows.push((number, row?.get_column_iter().map(|(_, field)| text(field)).collect()));
+    for row in reader.get_row_iter(Some(projection))? {
+        rows.push(row?.get_column_iter().map(|(_, field)| text(field)).collect());
     }
-    Ok(Columns { names, rows })
+    Ok((names, rows))
 }
 
 fn text(field: &Field) -> String {
@@ -119,10 +121,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("results.parquet");
         std::fs::write(&path, encode(&[broken("a--b"), broken("#c")]).unwrap()).unwrap();
-        let table = read(&path, &["source", "id", "seed", "m00", "seconds", "r00"]).unwrap();
-        assert_eq!(table.names, ["id", "source", "m00", "seed", "seconds"]);
+        let wanted = ["source", "id", "seed", "m00", "seconds", "r00"].map(str::to_owned);
+        let (names, rows) = read(&path, &wanted).unwrap();
+        assert_eq!(names, ["id", "source", "m00", "seed", "seconds"]);
         let row = |id: &str| [id, "a.ply", "", "7", "1.5"].map(str::to_owned).to_vec();
-        assert_eq!(table.rows, [(1, row("a--b")), (2, row("#c"))]);
+        assert_eq!(rows, [row("a--b"), row("#c")]);
         assert!(encode(&[]).is_ok());
     }
 
@@ -131,7 +134,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.parquet");
         std::fs::write(&path, "source,target\n").unwrap();
-        let message = read(&path, &["source"]).err().unwrap().to_string();
+        let message = read(&path, &["source".to_owned()]).err().unwrap().to_string();
         assert!(message.contains("cannot be read as Parquet"), "{message}");
     }
 }

@@ -1,173 +1,96 @@
 //! A table of pairs: CSV with a header, JSONL or, if built in, Parquet.
 
-use anyhow::{Result, anyhow, bail};
-use congruent_geometry::RigidTransform;
-use congruent_io::{Motion, MotionFault, csv_fields};
+use anyhow::{Result, anyhow};
+use congruent_io::{DatasetFault, Motion, PairEntry, pair_table};
 use std::path::Path;
 
-/// Names of the columns of a true pose: the upper three rows of the matrix. Those of an initial pose have the prefix
-/// [`INIT`].
-const MATRIX: [&str; 12] = ["r00", "r01", "r02", "tx", "r10", "r11", "r12", "ty", "r20", "r21", "r22", "tz"];
-const INIT: &str = "init_";
-/// First letter of the columns for the rotation. They show that a pose is given, because no other column has such a
-/// name.
-const ROTATION: char = 'r';
-/// What poses are called in messages.
-const TRUE_POSE: &str = "true pose";
-const INITIAL_POSE: &str = "initial pose";
-
-/// A pair, as listed in a table.
+/// The pairs of a table.
 #[derive(Debug)]
-pub(super) struct Line {
-    pub(super) id: Option<String>,
-    pub(super) source: String,
-    pub(super) target: String,
-    pub(super) truth: Option<RigidTransform>,
-    /// A pose that may be near the right one.
-    pub(super) guess: Option<RigidTransform>,
-    /// Number of its matrices that were not quite rigid.
-    n_skewed: usize,
+pub(super) struct Table {
+    pub(super) pairs: Vec<PairEntry>,
+    /// What is wrong with the lines that cannot be used.
+    pub(super) faults: Vec<String>,
+    /// Remarks on anything unusual.
+    pub(super) remarks: Vec<String>,
 }
 
-/// Rows of text under named columns.
-pub(super) struct Columns {
-    pub(super) names: Vec<String>,
-    /// With their numbers, counted from one; as many fields as names. Fields without a value are empty.
-    pub(super) rows: Vec<(usize, Vec<String>)>,
+/// What the lines say, or what is wrong with them.
+type Lines = Vec<Result<PairEntry, String>>;
+
+impl Table {
+    pub(super) fn read(path: &Path) -> Result<Table> {
+        let shown = path.display();
+        let is = |extension: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
+        let lines = if is("parquet") {
+            parquet(path)
+        } else {
+            let text = std::fs::read_to_string(path)
+                .map_err(|error| anyhow!("{shown}: cannot be read as a folder or a table of pairs: {error}"))?;
+            if is("jsonl") { Ok(jsonl(&text)) } else { csv(&text) }
+        };
+        let (mut pairs, mut faults) = (Vec::new(), Vec::new());
+        for line in lines.map_err(|error| anyhow!("{shown}: {error}"))? {
+            match line {
+                Ok(pair) => pairs.push(pair),
+                Err(fault) => faults.push(format!("{shown}: {fault}")),
+            }
+        }
+        let poses = pairs.iter().flat_map(|pair| [pair.truth, pair.init]).flatten();
+        let (n_skewed, bound) = (poses.filter(Motion::is_skewed).count(), Motion::WARN_ABOVE);
+        let remark = format!(
+            "{shown}: {n_skewed} poses are more than {bound} away from a rigid motion; the nearest rigid motion is used"
+        );
+        Ok(Table { pairs, faults, remarks: Vec::from_iter((n_skewed > 0).then_some(remark)) })
+    }
 }
 
-/// Reads the pairs, and remarks on anything unusual.
-pub(super) fn read(path: &Path) -> Result<(Vec<Line>, Vec<String>)> {
-    let is = |extension: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
-    let lines = if is("parquet") {
-        parquet(path).and_then(|columns| pairs(&columns))
-    } else {
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| anyhow!("{}: cannot be read as a folder or a table of pairs: {error}", path.display()))?;
-        let text = text.trim_start_matches('\u{feff}');
-        if is("jsonl") { jsonl(text) } else { csv(text).and_then(|columns| pairs(&columns)) }
-    };
-    let lines = lines.map_err(|error| anyhow!("{}: {error}", path.display()))?;
-    let (n_skewed, bound): (usize, f64) = (lines.iter().map(|line| line.n_skewed).sum(), Motion::WARN_ABOVE);
-    let remark = format!(
-        "{}: {n_skewed} poses are more than {bound} away from a rigid motion; the nearest rigid motion is used",
-        path.display()
-    );
-    Ok((lines, Vec::from_iter((n_skewed > 0).then_some(remark))))
+fn said(line: Result<PairEntry, DatasetFault>) -> Result<PairEntry, String> {
+    line.map_err(|fault| fault.to_string())
+}
+
+fn csv(text: &str) -> Result<Lines> {
+    Ok(pair_table(text)?.into_iter().map(said).collect())
 }
 
 #[cfg(feature = "parquet")]
-fn parquet(path: &Path) -> Result<Columns> {
-    let mut wanted = ["source", "target", "id"].map(str::to_owned).to_vec();
-    wanted.extend(["", INIT].iter().flat_map(|prefix| MATRIX.map(|name| format!("{prefix}{name}"))));
-    super::parquet::read(path, &wanted.iter().map(String::as_str).collect::<Vec<_>>())
+fn parquet(path: &Path) -> Result<Lines> {
+    use congruent_io::PairColumns;
+    let (header, rows) = super::parquet::read(path, &PairColumns::names())?;
+    let columns = PairColumns::find(&header)?;
+    Ok((1..).zip(rows).map(|(number, fields)| said(columns.entry(number, &fields))).collect())
 }
 
 #[cfg(not(feature = "parquet"))]
-fn parquet(_: &Path) -> Result<Columns> {
-    bail!(
+fn parquet(_: &Path) -> Result<Lines> {
+    anyhow::bail!(
         "this program was built without Parquet; build it with --features parquet, or write the table as CSV or JSONL"
     )
 }
 
-fn csv(text: &str) -> Result<Columns> {
-    let mut rows = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
-    let (_, header) =
-        rows.next().ok_or_else(|| anyhow!("is empty; name the columns source,target in the first line"))?;
-    let names: Vec<String> = csv_fields(header).iter().map(|name| name.to_ascii_lowercase()).collect();
-    let row = |(number, line): (usize, &str)| {
-        let fields = csv_fields(line);
-        if fields.len() != names.len() {
-            bail!("line {number}: has {} fields, but the header has {}", fields.len(), names.len());
-        }
-        Ok((number, fields))
-    };
-    let rows = rows.map(row).collect::<Result<_>>()?;
-    Ok(Columns { names, rows })
+fn jsonl(text: &str) -> Lines {
+    let text = text.trim_start_matches('\u{feff}');
+    let lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty());
+    lines.map(|(line, text)| object(line, text)).collect()
 }
 
-fn pairs(Columns { names, rows }: &Columns) -> Result<Vec<Line>> {
-    let column = |wanted: &str| names.iter().position(|name| name == wanted);
-    let needed = |wanted: &str| {
-        column(wanted).ok_or_else(|| anyhow!("there is no column `{wanted}` among `{}`", names.join(",")))
-    };
-    let (source, target, id) = (needed("source")?, needed("target")?, column("id"));
-    let matrix = |prefix: &str| -> Result<Vec<usize>> {
-        let named = MATRIX.map(|name| format!("{prefix}{name}"));
-        let is_there = MATRIX
-            .iter()
-            .zip(&named)
-            .any(|(name, column_name)| name.starts_with(ROTATION) && column(column_name).is_some());
-        if is_there { named.iter().map(|name| needed(name)).collect() } else { Ok(Vec::new()) }
-    };
-    let (truth, guess) = (matrix("")?, matrix(INIT)?);
-    let row = |(number, fields): &(usize, Vec<String>)| {
-        let text = |at: usize| fields[at].clone();
-        let pose = |columns: &[usize], what: &str| {
-            pose(&columns.iter().map(|&at| fields[at].as_str()).collect::<Vec<_>>(), what, *number)
-        };
-        let (truth, guess) = (pose(&truth, TRUE_POSE)?, pose(&guess, INITIAL_POSE)?);
-        Written { id: id.map(text), source: text(source), target: text(target), truth, guess }.checked(*number)
-    };
-    rows.iter().map(row).collect()
-}
-
-/// Reads a pose from the upper three rows of its matrix; `None` if all fields are empty.
-fn pose(fields: &[&str], what: &str, line: usize) -> Result<Option<Motion>> {
-    if fields.iter().all(|field| field.is_empty()) {
-        return Ok(None);
-    }
-    let number =
-        |field: &&str| field.parse::<f64>().map_err(|_| anyhow!("line {line}: the {what}: `{field}` is not a number"));
-    let numbers = fields.iter().map(number).collect::<Result<Vec<f64>>>()?;
-    let rows = std::array::from_fn(|row| std::array::from_fn(|column| numbers[4 * row + column]));
-    motion(Motion::nearest_upper(&rows, Motion::REFUSE_ABOVE), what, line).map(Some)
-}
-
-fn jsonl(text: &str) -> Result<Vec<Line>> {
+fn object(line: usize, text: &str) -> Result<PairEntry, String> {
     #[derive(serde::Deserialize)]
     struct Object {
         id: Option<String>,
         source: String,
         target: String,
+        overlap: Option<f64>,
         truth: Option<[[f64; 4]; 4]>,
         init: Option<[[f64; 4]; 4]>,
     }
-    let rows = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty());
-    rows.map(|(number, text)| {
-        let Object { id, source, target, truth, init } =
-            serde_json::from_str(text).map_err(|error| anyhow!("line {number}: {error}"))?;
-        let pose = |rows: Option<[[f64; 4]; 4]>, what: &str| {
-            rows.map(|rows| motion(Motion::nearest(&rows, Motion::REFUSE_ABOVE), what, number)).transpose()
-        };
-        let (truth, guess) = (pose(truth, TRUE_POSE)?, pose(init, INITIAL_POSE)?);
-        Written { id, source, target, truth, guess }.checked(number)
-    })
-    .collect()
-}
-
-/// The content of a line, in either format.
-struct Written {
-    id: Option<String>,
-    source: String,
-    target: String,
-    truth: Option<Motion>,
-    guess: Option<Motion>,
-}
-
-impl Written {
-    fn checked(self, number: usize) -> Result<Line> {
-        let Written { id, source, target, truth, guess } = self;
-        if source.is_empty() || target.is_empty() || id.as_ref().is_some_and(String::is_empty) {
-            bail!("line {number}: source, target and id must not be empty");
-        }
-        let n_skewed = [truth, guess].into_iter().flatten().filter(Motion::is_skewed).count();
-        Ok(Line { id, source, target, truth: truth.map(|t| t.pose), guess: guess.map(|g| g.pose), n_skewed })
-    }
-}
-
-fn motion(found: Result<Motion, MotionFault>, what: &str, line: usize) -> Result<Motion> {
-    found.map_err(|fault| anyhow!("line {line}: the {what}: {fault}"))
+    let Object { id, source, target, overlap, truth, init } =
+        serde_json::from_str(text).map_err(|error| format!("line {line}: {error}"))?;
+    let motion = |rows: Option<[[f64; 4]; 4]>, pose: &'static str| {
+        let motion = rows.map(|rows| Motion::nearest(&rows, Motion::REFUSE_ABOVE)).transpose();
+        motion.map_err(|fault| DatasetFault::Pose { line, pose, fault }.to_string())
+    };
+    let (truth, init) = (motion(truth, "true pose")?, motion(init, "initial pose")?);
+    said(PairEntry { line, id, source, target, overlap, truth, init }.checked())
 }
 
 #[cfg(test)]
@@ -177,11 +100,11 @@ mod tests {
     const IDENTITY: &str = "source,target,r00,r01,r02,tx,r10,r11,r12,ty,r20,r21,r22,tz\na,b,1,0,0,5,0,1,0,0,0,0,1,0\n";
 
     /// Reads the text from a file of this name.
-    fn lines(name: &str, text: &str) -> Result<(Vec<Line>, Vec<String>)> {
+    fn table(name: &str, text: &str) -> Result<Table> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
         std::fs::write(&path, text).unwrap();
-        read(&path)
+        Table::read(&path)
     }
 
     #[test]
@@ -190,63 +113,61 @@ mod tests {
         let json = "{\"source\":\"the a.ply\",\"target\":\"b,1.ply\",\"id\":\"first\"}\n";
         for (name, text) in [("t.csv", csv), ("t.jsonl", json)] {
             for text in [text.to_owned(), format!("\u{feff}{}", text.replace('\n', "\r\n")), format!("{text}\n")] {
-                let (lines, remarks) = lines(name, &text).unwrap();
-                let line = &lines[0];
-                assert_eq!((line.source.as_str(), line.target.as_str()), ("the a.ply", "b,1.ply"));
-                assert!(line.id.as_deref() == Some("first") && line.truth.is_none() && remarks.is_empty());
+                let Table { pairs, faults, remarks } = table(name, &text).unwrap();
+                let pair = &pairs[0];
+                assert_eq!((pair.source.as_str(), pair.target.as_str()), ("the a.ply", "b,1.ply"));
+                assert!(pair.id.as_deref() == Some("first") && pair.truth.is_none());
+                assert!(pairs.len() == 1 && faults.is_empty() && remarks.is_empty());
             }
         }
     }
 
     #[test]
     fn a_true_pose_is_read_may_be_left_out_and_is_made_rigid() {
-        let (with, _) = lines("t.csv", &format!("{IDENTITY}c,d,,,,,,,,,,,,\n")).unwrap();
-        assert_eq!(with[0].truth.unwrap().translation.vector.x, 5.0);
+        let with = table("t.csv", &format!("{IDENTITY}c,d,,,,,,,,,,,,\n")).unwrap().pairs;
+        assert_eq!(with[0].truth.unwrap().pose.translation.vector.x, 5.0);
         assert!(with[1].truth.is_none());
-        let (skewed, remarks) = lines("t.csv", &IDENTITY.replace("1,0,0,5", "1.01,0,0,5")).unwrap();
-        assert_eq!(skewed[0].truth.unwrap().rotation, nalgebra::UnitQuaternion::identity());
+        let Table { pairs: skewed, remarks, .. } = table("t.csv", &IDENTITY.replace("1,0,0,5", "1.01,0,0,5")).unwrap();
+        assert_eq!(skewed[0].truth.unwrap().pose.rotation, nalgebra::UnitQuaternion::identity());
         assert!(remarks[0].contains("1 poses are more than 0.001 away"), "{remarks:?}");
     }
 
     #[test]
     fn an_initial_pose_is_read_in_both_forms() {
-        let header = MATRIX.map(|name| format!("init_{name}")).join(",");
-        let csv = format!("source,target,{header}\na,b,1,0,0,5,0,1,0,0,0,0,1,0\nc,d,,,,,,,,,,,,\n");
+        let csv = "source,target,init_r00,init_r01,init_r02,init_tx,init_r10,init_r11,init_r12,init_ty,init_r20,init_r21,\
+                   init_r22,init_tz\na,b,1,0,0,5,0,1,0,0,0,0,1,0\nc,d,,,,,,,,,,,,\n";
         let json = r#"{"source":"a","target":"b","init":[[1,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}"#;
-        for (name, text) in [("t.csv", csv.as_str()), ("t.jsonl", json)] {
-            let (lines, _) = lines(name, text).unwrap();
-            assert_eq!(lines[0].guess.unwrap().translation.vector.x, 5.0);
-            assert!(lines[0].truth.is_none() && lines.get(1).is_none_or(|line| line.guess.is_none()));
+        for (name, text) in [("t.csv", csv), ("t.jsonl", json)] {
+            let pairs = table(name, text).unwrap().pairs;
+            assert_eq!(pairs[0].init.unwrap().pose.translation.vector.x, 5.0);
+            assert!(pairs[0].truth.is_none() && pairs.get(1).is_none_or(|pair| pair.init.is_none()));
         }
     }
 
     #[test]
-    fn faults_have_their_line() {
+    fn a_fault_of_a_line_is_kept_with_file_and_line_and_one_of_the_table_is_an_error() {
+        let missing = "{\"source\":\"a\"}\n{\"source\":\"a\",\"target\":\"b\"}";
+        let no_name = "{\"source\":\"a\",\"target\":\"b\",\"id\":\"\"}\n{\"source\":\"a\",\"target\":\"b\"}";
+        let scaled = "{\"source\":\"a\",\"target\":\"b\",\"init\":[[2,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}\n\
+                      {\"source\":\"a\",\"target\":\"b\"}";
         for (name, text, expected) in [
-            ("t.csv", "source,traget\n", "no column `target`"),
-            ("t.csv", "source,target\na\n", "line 2: has 1 fields"),
-            ("t.csv", "source,target\na,\n", "line 2: source, target"),
-            ("t.csv", "", "is empty"),
-            ("t.csv", &IDENTITY.replace("1,0,0,5", "2,0,0,5"), "line 2: the true pose"),
-            ("t.csv", &IDENTITY.replace("1,0,0,5", "1,,0,5"), "line 2: the true pose: `` is not a number"),
-            ("t.csv", &IDENTITY.replace("r01", "r0l"), "no column `r01`"),
-            ("t.csv", "source,target,init_r00\na,b,1\n", "no column `init_r01`"),
-            (
-                "t.jsonl",
-                "{\"source\":\"a\",\"target\":\"b\",\"init\":[[2,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}",
-                "line 1: the initial pose",
-            ),
-            ("t.jsonl", "\n{}\n", "line 2: missing field"),
+            ("t.csv", "source,target\na,\na,b\n", "line 2: source, target"),
+            ("t.jsonl", missing, "line 1: missing field"),
+            ("t.jsonl", no_name, "line 1: source, target and id must not be empty"),
+            ("t.jsonl", scaled, "line 1: the initial pose"),
         ] {
-            let message = lines(name, text).unwrap_err().to_string();
-            assert!(message.contains(expected) && message.contains(name), "{message}");
+            let Table { pairs, faults, .. } = table(name, text).unwrap();
+            assert!(pairs.len() == 1 && faults.len() == 1, "{faults:?}");
+            assert!(faults[0].contains(&format!("{name}: {expected}")), "{faults:?}");
         }
+        let message = table("t.csv", "source,traget\n").unwrap_err().to_string();
+        assert!(message.contains("t.csv: there is no column `target`"), "{message}");
     }
 
     #[cfg(not(feature = "parquet"))]
     #[test]
     fn a_program_without_parquet_says_so() {
-        let message = lines("t.parquet", "PAR1").unwrap_err().to_string();
+        let message = table("t.parquet", "PAR1").unwrap_err().to_string();
         assert!(message.contains("t.parquet: ") && message.contains("--features parquet"), "{message}");
     }
 }

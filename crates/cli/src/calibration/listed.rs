@@ -90,6 +90,7 @@ fn unlisted(dataset: &Dataset) -> Vec<TruePair> {
         for (target, target_from_source) in reached(source, &steps) {
             if source > target && !known.contains(&(source, target)) {
                 found.push(TruePair {
+                    id: None,
                     source: source.to_owned(),
                     target: target.to_owned(),
                     place: "other pairs".to_owned(),
@@ -129,6 +130,7 @@ mod tests {
 
     fn pair(source: &str, target: &str, x: f64) -> TruePair {
         TruePair {
+            id: None,
             source: source.to_owned(),
             target: target.to_owned(),
             place: String::new(),

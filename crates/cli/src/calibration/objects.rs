@@ -48,6 +48,7 @@ mod tests {
 
     fn dataset(name: &str, pairs: &[[&str; 2]]) -> Dataset {
         let pair = |&[source, target]: &[&str; 2]| TruePair {
+            id: None,
             source: source.to_owned(),
             target: target.to_owned(),
             place: String::new(),

@@ -33,7 +33,14 @@ fn pair(block: &[(usize, &str)], names: &str) -> Result<Truth, DatasetFault> {
         matrix.extend(numbers(&row, at)?);
     }
     let name = |number: &str| names.replace("{}", number);
-    Ok(Truth { source: name(j), target: name(i), place: at_line(line), overlap: None, motion: motion(&matrix, line)? })
+    Ok(Truth {
+        id: None,
+        source: name(j),
+        target: name(i),
+        place: at_line(line),
+        overlap: None,
+        motion: motion(&matrix, line)?,
+    })
 }
 
 #[cfg(test)]

@@ -17,14 +17,53 @@ pub enum DatasetFault {
         /// What is wrong.
         message: String,
     },
+    /// A table of pairs has no line.
+    #[error("is empty; name the columns source,target in the first line")]
+    NoHeader,
     /// A column is missing.
     #[error(
-        "there is no column `{missing}`; the header should be \
-         source,target,overlap,r00,r01,r02,tx,r10,r11,r12,ty,r20,r21,r22,tz"
+        "there is no column `{missing}` among `{found}`; the header should be \
+         source,target,overlap,r00,r01,r02,tx,r10,r11,r12,ty,r20,r21,r22,tz, where only source,target are needed"
     )]
     Column {
         /// Its name.
-        missing: &'static str,
+        missing: String,
+        /// The header.
+        found: String,
+    },
+    /// A pair has an empty name.
+    #[error("line {line}: source, target and id must not be empty; correct the line or remove it")]
+    NoName {
+        /// Where.
+        line: usize,
+    },
+    /// A pair of a data set has no true pose.
+    #[error(
+        "line {line}: there is no true pose; fill in r00,r01,r02,tx,r10,r11,r12,ty,r20,r21,r22,tz or remove the line"
+    )]
+    NoTruth {
+        /// Where.
+        line: usize,
+    },
+    /// A field of a named column is no finite number.
+    #[error("line {line}: `{token}` in the column `{column}` is not a finite number; correct the line or remove it")]
+    Field {
+        /// Where.
+        line: usize,
+        /// The name of its column.
+        column: String,
+        /// The field.
+        token: String,
+    },
+    /// One of the matrices of a pair is far from a rigid motion.
+    #[error("line {line}: the {pose}: {fault}")]
+    Pose {
+        /// Where.
+        line: usize,
+        /// What it is.
+        pose: &'static str,
+        /// What is wrong with it.
+        fault: MotionFault,
     },
     /// Fields are missing, or too many.
     #[error("line {line}: has {found} fields; {expected}")]

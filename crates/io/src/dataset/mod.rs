@@ -5,6 +5,7 @@
 mod about;
 mod gt_log;
 mod lines;
+mod pair_table;
 mod pairs_csv;
 mod pose_list;
 mod stanford;
@@ -13,6 +14,7 @@ mod xf_folder;
 
 pub use about::{About, PairsAbout, TruthAbout, TruthFormat};
 pub use lines::DatasetFault;
+pub use pair_table::{PairColumns, PairEntry, pair_table};
 pub use pairs_csv::{PairLine, pairs_csv};
 
 use crate::read::bytes_of;
@@ -38,6 +40,8 @@ pub struct Dataset {
 /// Two scan files and the motion between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TruePair {
+    /// Unique name of the pair, where the data set gives one; after the name of its scene where there are scenes.
+    pub id: Option<String>,
     /// As the data set names it, after the name of its scene where there are scenes.
     pub source: String,
     /// As the data set names it.
@@ -122,15 +126,15 @@ impl Layout {
         })
     }
 
-    /// What a scan is called among all scenes.
-    fn name(&self, scan: String) -> String {
-        self.scene.as_ref().map_or(scan.clone(), |scene| format!("{scene}/{scan}"))
+    /// What a scan or a pair is called among all scenes.
+    fn name(&self, name: String) -> String {
+        self.scene.as_ref().map_or(name.clone(), |scene| format!("{scene}/{name}"))
     }
 }
 
 impl Dataset {
     fn add(&mut self, truth: Truth, layout: &Layout, inverted: bool) {
-        let Truth { source, target, place, overlap, motion } = truth;
+        let Truth { id, source, target, place, overlap, motion } = truth;
         let place = format!("{}: {place}", layout.truth.display());
         let Motion { pose, skew } = motion;
         if motion.is_skewed() {
@@ -142,7 +146,8 @@ impl Dataset {
         let target_from_source = if inverted { pose.inverse() } else { pose };
         let (source_file, target_file) = (layout.scans.join(&source), layout.scans.join(&target));
         let (source, target) = (layout.name(source), layout.name(target));
-        self.pairs.push(TruePair { source, target, place, source_file, target_file, overlap, target_from_source });
+        let id = id.map(|id| layout.name(id));
+        self.pairs.push(TruePair { id, source, target, place, source_file, target_file, overlap, target_from_source });
     }
 }
 
@@ -157,6 +162,7 @@ type Listed<E = DatasetFault> = Vec<Result<Truth, E>>;
 /// One pair as the ground truth names it.
 #[derive(Clone, Debug, PartialEq)]
 struct Truth {
+    id: Option<String>,
     source: String,
     target: String,
     /// Where in the truth it is named: a line, or a file of the folder.

@@ -1,12 +1,10 @@
 //! Our own list of pairs.
 
-use super::lines::{at_line, lines, motion, number};
+use super::lines::at_line;
+use super::pair_table::{MATRIX, PairEntry, pair_table};
 use super::{DatasetFault, Listed, Truth};
-use crate::csv::{csv_fields, csv_line};
+use crate::csv::csv_line;
 use congruent_geometry::{RigidTransform, to_rows};
-
-const COLUMNS: [&str; 15] =
-    ["source", "target", "overlap", "r00", "r01", "r02", "tx", "r10", "r11", "r12", "ty", "r20", "r21", "r22", "tz"];
 
 /// What a line of `pairs.csv` says.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,7 +22,7 @@ pub struct PairLine {
 /// The text of a `pairs.csv`, every digit kept.
 #[must_use]
 pub fn pairs_csv(pairs: &[PairLine]) -> String {
-    let mut text = COLUMNS.join(",") + "\n";
+    let mut text = format!("source,target,overlap,{}\n", MATRIX.join(","));
     for pair in pairs {
         let rows = to_rows(&pair.target_from_source);
         let numbers = rows[..3].iter().flatten().map(|v| format!("{v:?}"));
@@ -34,37 +32,14 @@ pub fn pairs_csv(pairs: &[PairLine]) -> String {
     text
 }
 
-/// An empty overlap is one that is not known.
+/// Pairs without a true pose are faults.
 pub(super) fn parse(text: &str) -> Result<Listed, DatasetFault> {
-    let mut lines = lines(text);
-    let header: Vec<String> = csv_fields(lines.next().map_or("", |(_, line)| line));
-    let mut places = [0; COLUMNS.len()];
-    for (place, missing) in places.iter_mut().zip(COLUMNS) {
-        *place = header
-            .iter()
-            .position(|name| name.eq_ignore_ascii_case(missing))
-            .ok_or(DatasetFault::Column { missing })?;
-    }
-    Ok(lines.map(|(line, content)| pair(line, content, header.len(), &places)).collect())
+    Ok(pair_table(text)?.into_iter().map(|entry| truth(entry?)).collect())
 }
 
-fn pair(line: usize, content: &str, width: usize, places: &[usize; COLUMNS.len()]) -> Result<Truth, DatasetFault> {
-    let fields = csv_fields(content);
-    if fields.len() != width {
-        let expected = "as many are needed as the header has";
-        return Err(DatasetFault::Width { line, found: fields.len(), expected });
-    }
-    let at = |column: usize| fields[places[column]].as_str();
-    let overlap = if at(2).is_empty() { None } else { Some(number(at(2), line)?) };
-    let matrix = (3..COLUMNS.len()).map(|column| number(at(column), line)).chain([0.0, 0.0, 0.0, 1.0].map(Ok));
-    let matrix: Vec<f64> = matrix.collect::<Result<_, _>>()?;
-    Ok(Truth {
-        source: at(0).to_owned(),
-        target: at(1).to_owned(),
-        place: at_line(line),
-        overlap,
-        motion: motion(&matrix, line)?,
-    })
+fn truth(PairEntry { line, id, source, target, overlap, truth, .. }: PairEntry) -> Result<Truth, DatasetFault> {
+    let motion = truth.ok_or(DatasetFault::NoTruth { line })?;
+    Ok(Truth { id, source, target, place: at_line(line), overlap, motion })
 }
 
 #[cfg(test)]
@@ -84,13 +59,16 @@ mod tests {
     }
 
     #[test]
-    fn columns_are_found_by_name() {
-        let mut names = COLUMNS.to_vec();
-        names.reverse();
-        names.push("note");
-        let text = format!("{}\n3,1,0,0,2,0,1,0,1,0,0,1,,t.ply,s.ply,hello\n", names.join(",").to_uppercase());
-        let read = whole(parse(&text).unwrap());
-        assert_eq!((read[0].source.as_str(), read[0].target.as_str(), read[0].overlap), ("s.ply", "t.ply", None));
-        assert_eq!(read[0].motion.pose.translation.vector, nalgebra::Vector3::new(1.0, 2.0, 3.0));
+    fn a_pair_without_a_truth_is_no_pair_of_a_data_set() {
+        let text = format!(
+            "id,source,target,{}\np1,b,a{}\np2,b,a,1,0,0,4,0,1,0,0,0,0,1,0\n",
+            MATRIX.join(","),
+            ",".repeat(12)
+        );
+        let read = parse(&text).unwrap();
+        assert_eq!(read[0], Err(DatasetFault::NoTruth { line: 2 }));
+        let second = read[1].as_ref().unwrap();
+        assert_eq!((second.id.as_deref(), second.motion.pose.translation.vector.x), (Some("p2"), 4.0));
+        assert_eq!(parse("source,target\nb,a\n").unwrap(), [Err(DatasetFault::NoTruth { line: 2 })]);
     }
 }

@@ -13,6 +13,7 @@ pub(super) fn parse(text: &str) -> Listed {
             }
             let motion = motion(&numbers(&fields[2..], line)?, line)?;
             Ok(Truth {
+                id: None,
                 source: fields[0].to_owned(),
                 target: fields[1].to_owned(),
                 place: at_line(line),

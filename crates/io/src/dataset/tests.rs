@@ -62,8 +62,13 @@ fn skewed_truth_is_projected_with_a_warning_and_wild_truth_is_refused() {
 #[test]
 fn faults_name_file_line_and_way_out() {
     for (file, text, expected) in [
-        ("pairs.csv", "source,target\n".to_owned(), "no column `overlap`"),
-        ("pairs.csv", format!("{HEADER}\nb,a,x,1,0,0,0,0,1,0,0,0,0,1,0\n"), "line 2: `x` is not a finite number"),
+        ("pairs.csv", "source,traget\n".to_owned(), "no column `target`"),
+        ("pairs.csv", "source,target\nb,a\n".to_owned(), "line 2: there is no true pose"),
+        (
+            "pairs.csv",
+            format!("{HEADER}\nb,a,x,1,0,0,0,0,1,0,0,0,0,1,0\n"),
+            "line 2: `x` in the column `overlap` is not a finite number",
+        ),
         ("pairs.csv", format!("{HEADER}\nb,a,1\n"), "line 2: has 3 fields"),
         ("dataset.toml", "name = 'x'\nlicense = 'y'\n".to_owned(), "unknown field `license`"),
     ] {
@@ -88,7 +93,7 @@ fn a_bad_line_does_not_spoil_the_others() {
     assert_eq!((dataset.pairs.len(), dataset.broken.len()), (1, 2));
     assert!(dataset.pairs[0].place.ends_with("pairs.csv: line 3"), "{}", dataset.pairs[0].place);
     for (message, what) in
-        dataset.broken.iter().zip(["line 2: `NaN` is not a finite", "line 4: the upper left 3x3 part is farther"])
+        dataset.broken.iter().zip(["line 2: `NaN` in the column `r00`", "line 4: the true pose: the upper left 3x3"])
     {
         assert!(message.contains("pairs.csv") && message.contains(what), "{message}");
     }

@@ -24,7 +24,7 @@ pub(super) fn all_pairs<E>(views: impl Iterator<Item = Result<View, E>>) -> List
             let pose = target.world_from_scan.inverse() * source.world_from_scan;
             let skew = source.skew.max(target.skew);
             let [place, source, target] = [&source.place, &source.name, &target.name].map(String::clone);
-            truths.push(Ok(Truth { source, target, place, overlap: None, motion: Motion { pose, skew } }));
+            truths.push(Ok(Truth { id: None, source, target, place, overlap: None, motion: Motion { pose, skew } }));
         }
     }
     truths.extend(bad.into_iter().filter_map(Result::err).map(Err));

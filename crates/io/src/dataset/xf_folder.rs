@@ -44,7 +44,14 @@ fn pair(file: &Path, names: &str) -> Result<Truth, IoError> {
     let fault = DatasetFault::Name;
     let (source, target) = parts.ok_or_else(|| IoError::Dataset { path: file.to_owned(), fault })?;
     let scan = |part: &str| names.replace("{}", part);
-    Ok(Truth { source: scan(source), target: scan(target), place: name(file), overlap: None, motion: motion_in(file)? })
+    Ok(Truth {
+        id: None,
+        source: scan(source),
+        target: scan(target),
+        place: name(file),
+        overlap: None,
+        motion: motion_in(file)?,
+    })
 }
 
 fn motion_in(file: &Path) -> Result<Motion, IoError> {
