@@ -104,6 +104,13 @@ fn spoilt_scans_are_judged_as_they_came() {
     assert_eq!(once.status.code(), Some(0), "{}", text(&once.stderr));
     let rows = bench.rows("out");
     assert_ne!(rows[4]["target_from_source"], rows[5]["target_from_source"], "two small noises are not one large");
+    // Levels that differ by less than a percent are different levels.
+    for level in ["strays=0.004", "strays=0.001"] {
+        let one = bench.evaluate("levels", &["-c", "fast", "--pairs", "1", "--spoil", level]);
+        assert!(!text(&one.stderr).contains("already"), "{}", text(&one.stderr));
+    }
+    let rows = bench.rows("levels");
+    assert!(rows.len() == 2 && rows[0]["configuration"] != rows[1]["configuration"], "{rows:?}");
     let misspelt = bench.evaluate("out", &["--spoil", "nois=1"]);
     assert_eq!(misspelt.status.code(), Some(2));
     assert!(text(&misspelt.stderr).contains("`noise`"), "{}", text(&misspelt.stderr));

@@ -54,15 +54,48 @@ impl Nuisance {
     }
 }
 
+/// The name of the nuisance with its level. Results are told apart by it, so two levels never have the same name (shares
+/// of up to 15 significant digits).
 impl fmt::Display for Nuisance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Nuisance::None {} => write!(f, "none"),
             Nuisance::Noise(sigma) => write!(f, "noise {sigma} pr"),
-            Nuisance::KeepEvenly(share) => write!(f, "evenly {:.0} % kept", 100.0 * share),
-            Nuisance::KeepRandomly(share) => write!(f, "randomly {:.0} % kept", 100.0 * share),
+            Nuisance::KeepEvenly(share) => write!(f, "evenly {} % kept", percent(share)),
+            Nuisance::KeepRandomly(share) => write!(f, "randomly {} % kept", percent(share)),
             Nuisance::Holes(count) => write!(f, "{count} holes"),
-            Nuisance::Strays(share) => write!(f, "{:.0} % strays", 100.0 * share),
+            Nuisance::Strays(share) => write!(f, "{} % strays", percent(share)),
         }
+    }
+}
+
+/// Returns a share in percent. The decimal point of the number as it is written is shifted, because a multiplication by
+/// 100 would make 7.000000000000001 of 0.07.
+fn percent(share: f64) -> f64 {
+    format!("{share}e2").parse().unwrap_or(100.0 * share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_have_names_of_their_own() {
+        for (nuisance, name) in [
+            (Nuisance::Strays(0.2), "20 % strays"),
+            (Nuisance::Strays(100.0), "10000 % strays"),
+            (Nuisance::KeepEvenly(0.07), "evenly 7 % kept"),
+            (Nuisance::KeepRandomly(0.29), "randomly 29 % kept"),
+            (Nuisance::KeepRandomly(0.005), "randomly 0.5 % kept"),
+            (Nuisance::KeepRandomly(0.001), "randomly 0.1 % kept"),
+            (Nuisance::KeepRandomly(0.123_456_789_012_345), "randomly 12.3456789012345 % kept"),
+            (Nuisance::KeepRandomly(1e-9), "randomly 0.0000001 % kept"),
+            (Nuisance::Noise(0.25), "noise 0.25 pr"),
+        ] {
+            assert_eq!(nuisance.to_string(), name);
+        }
+        let (mut names, n) = ((0..=1000).map(|i| percent(f64::from(i) / 1000.0).to_string()).collect::<Vec<_>>(), 1001);
+        names.dedup();
+        assert!(names.len() == n && names.iter().all(|name| name.len() <= 4), "{names:?}");
     }
 }

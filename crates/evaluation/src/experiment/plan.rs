@@ -173,7 +173,7 @@ fn paper_bound() -> Vec<f64> {
 }
 
 impl Plan {
-    /// Returns what is wrong with the plan: a name listed twice, a setting without effect, or a baseline that is not
+    /// Returns what is wrong with the plan: a value or a name listed twice, a setting without effect, or a baseline that is not
     /// among the metrics; `None` for a plan that can be run.
     #[must_use]
     pub fn contradiction(&self) -> Option<String> {
@@ -181,23 +181,38 @@ impl Plan {
         let estimators: Vec<Cow<'_, str>> = self.estimators.iter().map(estimator_label).collect();
         let threshold = self.metrics.iter().position(|metric| unusual(metric).contains_key("threshold"));
         let iterations = self.estimators.iter().position(|estimator| unusual(estimator).contains_key("iterations"));
-        let twice = repeated(&metrics).or_else(|| repeated(&estimators));
         let baseline = self.baseline.as_ref().filter(|baseline| !metrics.iter().any(|metric| metric == *baseline));
         if let Some(at) = threshold {
             Some(format!("the threshold of {} has no effect; write `thresholds-pr`, for all metrics", metrics[at]))
         } else if let Some(at) = iterations {
             Some(format!("the iterations of {} have no effect; write `iterations`, for all estimators", estimators[at]))
-        } else if let Some(name) = twice {
-            Some(format!("{name} is listed twice"))
+        } else if let Some((list, value)) = self.repetition() {
+            Some(format!("{value} is listed twice in `{list}`, and results are told apart by it; change or remove one"))
         } else {
             baseline.map(|name| format!("the baseline `{name}` is not one of its metrics: {}", metrics.join(", ")))
         }
     }
+
+    /// Returns the first value that a list has twice, as it is shown in tables, after the name of the list.
+    fn repetition(&self) -> Option<(&'static str, String)> {
+        let lists = [
+            ("variants", texts(&self.variants, |variant| variant.name.clone())),
+            ("nuisances", texts(&self.nuisances, Nuisance::to_string)),
+            ("estimators", texts(&self.estimators, |estimator| estimator_label(estimator).into_owned())),
+            ("metrics", texts(&self.metrics, |metric| metric_label(metric).into_owned())),
+            ("thresholds-pr", texts(&self.thresholds_pr, f64::to_string)),
+            ("iterations", texts(&self.iterations, u64::to_string)),
+            ("d-rmse", texts(&self.d_rmse, f64::to_string)),
+        ];
+        lists.into_iter().find_map(|(list, values)| {
+            let again = (1..values.len()).find(|&at| values[..at].contains(&values[at]))?;
+            Some((list, values[again].clone()))
+        })
+    }
 }
 
-/// Returns the first name that equals an earlier one.
-fn repeated<'a>(names: &'a [Cow<'a, str>]) -> Option<&'a str> {
-    (1..names.len()).find(|&at| names[..at].contains(&names[at])).map(|at| &*names[at])
+fn texts<T>(values: &[T], text: impl Fn(&T) -> String) -> Vec<String> {
+    values.iter().map(text).collect()
 }
 
 /// Returns the same metric with another threshold.
@@ -243,10 +258,20 @@ mod tests {
         let said = |text: &str| toml::from_str::<Plan>(&format!("title = 't'\n{text}")).unwrap().contradiction();
         assert_eq!(said("metrics = [{ mse = {} }, { inlier-count = {} }]\nbaseline = 'INLIER'"), None);
         assert_eq!(said("estimators = [{ ransac = {} }, { ransac = { min-spread = '15pr' } }]"), None);
+        assert_eq!(said("nuisances = [{ keep-randomly = 0.005 }, { keep-randomly = 0.001 }]"), None);
         for (text, expected) in [
             ("metrics = [{ mse = { threshold = '1pr' } }]", "threshold of MSE"),
             ("estimators = [{ ransac = { iterations = 50 } }]", "iterations of RANSAC"),
-            ("metrics = [{ mse = {} }, { mse = {} }]", "MSE is listed twice"),
+            ("metrics = [{ mse = {} }, { mse = {} }]", "MSE is listed twice in `metrics`"),
+            ("estimators = [{ ransac = {} }, { ransac = {} }]", "RANSAC is listed twice in `estimators`"),
+            (
+                "variants = [{ name = 'a', set = [] }, { name = 'a', set = ['seed=1'] }]",
+                "a is listed twice in `variants`",
+            ),
+            ("nuisances = [{ noise = 1.0 }, { noise = 1 }]", "noise 1 pr is listed twice in `nuisances`"),
+            ("thresholds-pr = [7.5, 5, 7.5]", "7.5 is listed twice in `thresholds-pr`"),
+            ("iterations = [10, 10]", "10 is listed twice in `iterations`"),
+            ("d-rmse = [1.0, 1]", "1 is listed twice in `d-rmse`"),
             ("metrics = [{ mse = {} }]\nbaseline = 'INLIER'", "the baseline `INLIER`"),
         ] {
             assert!(said(text).is_some_and(|said| said.contains(expected)), "{text}");
