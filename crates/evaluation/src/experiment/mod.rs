@@ -8,6 +8,7 @@
 mod bench;
 mod cell;
 pub mod claims;
+mod groups;
 mod histogram;
 mod labels;
 mod nuisance;
@@ -17,6 +18,7 @@ mod tables;
 mod tally;
 
 pub use cell::{Cell, Measured};
+pub use groups::{distinct, groups};
 pub use nuisance::Nuisance;
 pub use plan::{Axis, MeasuredOn, Plan, Shows, Variant};
 pub use run::{Problem, Request, run_pair};

@@ -1,5 +1,6 @@
 //! The results of an experiment as Markdown.
 
+use super::groups::{distinct, groups, named, varying};
 use super::tally::is_right;
 use super::{Axis, Cell, Count, MeasuredOn, Plan, Shows, Tally};
 use crate::statistics::{mcnemar, median, p_text, wilson};
@@ -112,22 +113,10 @@ fn half_width(pairs: usize) -> String {
     format!("±{:.0} points", 50.0 * (high - low))
 }
 
-/// Returns those of the permitted axes that have more than one value.
-fn varying(counts: &[Count], may: impl Fn(Axis) -> bool) -> Vec<Axis> {
-    let varies = |axis: &Axis| counts.iter().any(|count| count.value(*axis) != counts[0].value(*axis));
-    Axis::ALL.into_iter().filter(|axis| may(*axis)).filter(varies).collect()
-}
-
-fn named(count: &Count, axes: &[Axis]) -> String {
-    axes.iter().map(|axis| format!("{} {}", axis.name(), count.value(*axis))).collect::<Vec<_>>().join(", ")
-}
-
 /// Formats one table of rows against columns for each combination of all else that varies.
 fn pivot(plan: &Plan, counts: &[Count], shown: &dyn Fn(&Count) -> String) -> String {
-    let others = varying(counts, |axis| axis != plan.rows && axis != plan.columns);
     let mut text = String::new();
-    for table in distinct(counts.iter().map(|count| named(count, &others))) {
-        let inside: Vec<&Count> = counts.iter().filter(|count| named(count, &others) == table).collect();
+    for (table, inside) in groups(counts, [plan.rows, plan.columns]) {
         let columns = distinct(inside.iter().map(|count| count.value(plan.columns)));
         if !table.is_empty() {
             text += &format!("\n### {table}\n");
@@ -141,17 +130,6 @@ fn pivot(plan: &Plan, counts: &[Count], shown: &dyn Fn(&Count) -> String) -> Str
         }
     }
     text
-}
-
-/// Returns each value once, in the order of first appearance.
-fn distinct(values: impl Iterator<Item = String>) -> Vec<String> {
-    let mut seen = Vec::new();
-    for value in values {
-        if !seen.contains(&value) {
-            seen.push(value);
-        }
-    }
-    seen
 }
 
 #[cfg(test)]

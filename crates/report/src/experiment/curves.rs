@@ -2,7 +2,7 @@
 
 use super::{ExperimentReport, Figure, file_name};
 use crate::figures::{Axis as Across, Curve, Curves, Measure, Sample};
-use congruent_evaluation::experiment::{Axis, Count, Nuisance, Plan};
+use congruent_evaluation::experiment::{Axis, Count, Nuisance, Plan, distinct, groups};
 use congruent_evaluation::statistics::wilson;
 
 /// Maximum number of curves that can be distinguished in one frame.
@@ -29,26 +29,20 @@ pub(super) fn of_time(entries: &[Count]) -> Upward {
 }
 
 /// Returns a curve for each row of the plan over its columns, with a frame for each combination of everything else that
-/// varies. Rows and columns are swapped if there would be too many curves. Each nuisance has a frame of its own, over
-/// its level.
+/// varies. Rows and columns are swapped if there would be too many curves. Each nuisance has frames of its own, over its
+/// level.
 pub(super) fn frames(report: &ExperimentReport<'_>, entries: &[Count], upward: &Upward) -> Vec<Figure> {
     let plan = report.plan;
     let many = distinct(entries.iter().map(|entry| entry.value(plan.rows))).len() > MAX_CURVES;
     let (rows, columns) = if many { (plan.columns, plan.rows) } else { (plan.rows, plan.columns) };
-    let frames: Vec<(String, Vec<Placed<'_>>, Across)> = if columns == Axis::Nuisance {
-        nuisance_frames(plan, entries)
-    } else {
-        let groups = distinct(entries.iter().map(|entry| rest(entry, entries, rows, columns)));
-        let frame = |group: String| {
-            let inside: Vec<&Count> =
-                entries.iter().filter(|entry| rest(entry, entries, rows, columns) == group).collect();
+    let frames = groups(entries, [rows, columns]).into_iter().flat_map(|(group, inside)| match columns {
+        Axis::Nuisance => over_levels(plan, &group, &inside),
+        _ => {
             let (placed, across) = placed(&inside, columns);
-            (group, placed, across)
-        };
-        groups.into_iter().map(frame).collect()
-    };
+            vec![(group, placed, across)]
+        }
+    });
     frames
-        .into_iter()
         .map(|(group, placed, x)| {
             let names = distinct(placed.iter().map(|(_, entry)| entry.value(rows)));
             let curve = |name: String| Curve {
@@ -69,6 +63,9 @@ pub(super) fn frames(report: &ExperimentReport<'_>, entries: &[Count], upward: &
 /// The horizontal position of an entry.
 type Placed<'a> = (f64, &'a Count);
 
+/// The name of a frame, what it shows, and its horizontal axis.
+type Frame<'a> = (String, Vec<Placed<'a>>, Across);
+
 /// Places entries at the numbers of an axis, or otherwise at its names in order.
 fn placed<'a>(entries: &[&'a Count], axis: Axis) -> (Vec<Placed<'a>>, Across) {
     let values: Vec<String> = entries.iter().map(|entry| entry.value(axis)).collect();
@@ -81,8 +78,9 @@ fn placed<'a>(entries: &[&'a Count], axis: Axis) -> (Vec<Placed<'a>>, Across) {
     (placed, Across::Names(names))
 }
 
-/// Returns a frame for each kind of nuisance, over its level; the unchanged scans are where the nuisance has no effect.
-fn nuisance_frames<'a>(plan: &Plan, entries: &'a [Count]) -> Vec<(String, Vec<Placed<'a>>, Across)> {
+/// Returns a frame of a group for each kind of nuisance, over its level; the unchanged scans are where the nuisance has
+/// no effect.
+fn over_levels<'a>(plan: &Plan, group: &str, entries: &[&'a Count]) -> Vec<Frame<'a>> {
     let kinds = distinct(plan.nuisances.iter().filter_map(|n| level(n).map(|(kind, ..)| kind.to_owned())));
     let frame = |kind: String| {
         let at = |nuisance: &Nuisance| match level(nuisance) {
@@ -91,9 +89,10 @@ fn nuisance_frames<'a>(plan: &Plan, entries: &'a [Count]) -> Vec<(String, Vec<Pl
         };
         let places: Vec<(String, f64)> = plan.nuisances.iter().filter_map(|n| Some((n.to_string(), at(n)?))).collect();
         let place = |entry: &Count| places.iter().find(|(name, _)| *name == entry.value(Axis::Nuisance)).map(|p| p.1);
-        let mut placed: Vec<Placed<'_>> = entries.iter().filter_map(|entry| Some((place(entry)?, entry))).collect();
+        let mut placed: Vec<Placed<'a>> = entries.iter().filter_map(|entry| Some((place(entry)?, *entry))).collect();
         placed.sort_by(|a, b| a.0.total_cmp(&b.0));
-        (kind.clone(), placed, Across::Numbers(kind))
+        let name = if group.is_empty() { kind.clone() } else { format!("{kind}, {group}") };
+        (name, placed, Across::Numbers(kind))
     };
     kinds.into_iter().map(frame).collect()
 }
@@ -117,24 +116,67 @@ pub(crate) fn accuracy(x: f64, right: usize, total: usize) -> Sample {
     Sample { x, y, interval: Some((100.0 * low, 100.0 * high)) }
 }
 
-/// Returns what distinguishes an entry's frame from the others.
-fn rest(entry: &Count, all: &[Count], rows: Axis, columns: Axis) -> String {
-    let others = Axis::ALL.into_iter().filter(|axis| *axis != rows && *axis != columns);
-    let varying = others.filter(|axis| all.iter().any(|other| other.value(*axis) != all[0].value(*axis)));
-    varying.map(|axis| format!("{} {}", axis.name(), entry.value(axis))).collect::<Vec<_>>().join(", ")
-}
-
 fn numbers<S: AsRef<str>>(values: &[S]) -> Option<Vec<f64>> {
     values.iter().map(|value| value.as_ref().parse::<f64>().ok().filter(|v| v.is_finite())).collect()
 }
 
-/// Returns each value once, in the order of first appearance.
-fn distinct(values: impl Iterator<Item = String>) -> Vec<String> {
-    let mut seen: Vec<String> = Vec::new();
-    for value in values {
-        if !seen.contains(&value) {
-            seen.push(value);
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment_figures;
+    use congruent_evaluation::InlierShare;
+    use congruent_evaluation::experiment::{Cell, Measured, MeasuredOn, Shows, Tally};
+
+    const NUISANCES: [Nuisance; 4] =
+        [Nuisance::None {}, Nuisance::Noise(0.5), Nuisance::Noise(1.0), Nuisance::Strays(0.1)];
+
+    fn plan() -> Plan {
+        Plan {
+            title: "Nuisances".to_owned(),
+            notes: Vec::new(),
+            shows: Shows::Accuracy,
+            rows: Axis::Metric,
+            columns: Axis::Nuisance,
+            variants: Vec::new(),
+            nuisances: NUISANCES.to_vec(),
+            estimators: Vec::new(),
+            metrics: Vec::new(),
+            thresholds_pr: vec![7.5],
+            iterations: vec![1000],
+            d_rmse: vec![2.5],
+            measured_on: MeasuredOn::Scans,
+            baseline: None,
         }
     }
-    seen
+
+    fn measured(variant: &str, nuisance: Nuisance) -> Measured {
+        let cell = Cell {
+            variant: variant.to_owned(),
+            nuisance: nuisance.to_string(),
+            estimator: "RANSAC".into(),
+            iterations: 1000,
+            metric: "MSE".into(),
+            threshold_pr: 7.5,
+        };
+        Measured { cell, rmse_pr: Some(1.0), share: InlierShare::default(), microseconds: None }
+    }
+
+    /// Returns the names of the figures on data sets and variants.
+    fn named(datasets: &[&str], variants: &[&str]) -> Vec<String> {
+        let mut tally = Tally::default();
+        for dataset in datasets {
+            let all = variants.iter().flat_map(|variant| NUISANCES.map(|nuisance| measured(variant, nuisance)));
+            tally.add(dataset, all.collect());
+        }
+        let figures = experiment_figures(&ExperimentReport { name: "n", plan: &plan(), tally: &tally, text: "" });
+        figures.into_iter().map(|figure| figure.name).collect()
+    }
+
+    #[test]
+    fn nuisances_of_different_data_sets_and_variants_are_not_in_one_frame() {
+        assert_eq!(named(&["a"], &["v"]), ["n-noise-pr", "n-strays"]);
+        let expected = ["n-noise-pr-data-set-a", "n-strays-data-set-a", "n-noise-pr-data-set-b", "n-strays-data-set-b"];
+        assert_eq!(named(&["a", "b"], &["v"]), expected);
+        assert_eq!(named(&["a", "b"], &["v", "w"]).len(), 8);
+    }
 }
