@@ -93,8 +93,9 @@ pub(crate) enum Command {
     /// All metrics and thresholds rank the same stream of hypotheses. Experiments: inliers (figure 5), iterations (figure
     /// 6), estimators (table 2), thresholds (figure 7), threshold-rmse (figure 8), threshold-iterations (figure 9), metrics
     /// (figure 10), nuisances and variants (figures 12 and 13), time (figure 14); all runs them together and shares their
-    /// work. claims.md says which of the paper's claims hold. The preset is paper, if no configuration is given. Exit
-    /// code 1 means that some pair was left out.
+    /// work. claims.md says which of the paper's claims hold. The preset is paper, if no configuration is given; of a
+    /// configuration, seed, sampling, normals, detector, support, descriptor, frame and matcher are read. Exit code 1 means
+    /// that some pair was left out.
     Experiment(ExperimentArgs),
     /// Measure how far the confidence can be trusted, and fit its coefficients
     ///

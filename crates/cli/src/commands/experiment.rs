@@ -7,7 +7,7 @@ use crate::progress::Bar;
 use crate::{configuration, output};
 use anyhow::{Context, Result, anyhow, bail};
 use congruent_evaluation::experiment::claims::{Counts, claims, claims_table};
-use congruent_evaluation::experiment::{Measured, Plan, Request, Shows, Tally, run_pair};
+use congruent_evaluation::experiment::{Measured, Plan, Request, SETTINGS_READ, Shows, Tally, Variant, run_pair};
 use congruent_io::{TruePair, csv_line, read_scan, write_file};
 use congruent_pipeline::{Pair, PipelineConfig};
 use congruent_report::{ExperimentReport, experiment_figures, experiment_page};
@@ -82,17 +82,44 @@ fn parse(text: &str, name: &str) -> Result<Plan> {
 
 /// Applies the changes of the plan to what the command line describes.
 fn variants(plan: &Plan, run: &RunArgs) -> Result<Vec<(String, PipelineConfig)>> {
-    let of = |variant: &congruent_evaluation::experiment::Variant| {
+    let of = |variant: &Variant| {
         let set: Vec<String> = run.set.iter().chain(&variant.set).cloned().collect();
-        let is_of_plan = |set: &&String| ["metric", "estimator"].iter().any(|table| set.starts_with(table));
-        if let Some(set) = set.iter().find(is_of_plan) {
-            bail!("`{set}` has no effect: the plan lists the metrics and estimators");
-        }
+        set.iter().try_for_each(|set| refuse_without_effect(set))?;
         let all = RunArgs { set, ..on_preset(run) };
         let config = configuration::resolve(&all).with_context(|| format!("variant {}", variant.name))?;
         Ok((variant.name.clone(), config))
     };
     plan.variants.iter().map(of).collect()
+}
+
+/// Refuses a change to a setting that experiments do not read. Names that are not settings are left to the reader of the
+/// configuration, which suggests others.
+fn refuse_without_effect(set: &str) -> Result<()> {
+    let name = set.split(['.', '=']).next().unwrap_or_default().trim();
+    if matches!(name, "metric" | "estimator") {
+        bail!("`{set}` has no effect: the plan lists the metrics and estimators; write a plan of your own");
+    }
+    if settings(&PipelineConfig::default())?.contains_key(name) && !SETTINGS_READ.contains(&name) {
+        bail!(
+            "`{set}` has no effect: an experiment takes the best hypothesis as it was drawn, and reads only {}; leave it \
+             out, or use `congruent evaluate`, which runs the whole pipeline",
+            SETTINGS_READ.join(", ")
+        );
+    }
+    Ok(())
+}
+
+/// Returns the part of a configuration that experiments read, as TOML.
+fn what_is_read(config: &PipelineConfig) -> Result<String> {
+    let mut settings = settings(config)?;
+    let each = SETTINGS_READ.iter().filter_map(|name| settings.remove_entry(*name));
+    let texts: Vec<String> =
+        each.map(|one| toml::to_string(&toml::Table::from_iter([one]))).collect::<Result<_, _>>()?;
+    Ok(texts.join("\n"))
+}
+
+fn settings(config: &PipelineConfig) -> Result<toml::Table> {
+    toml::Table::try_from(config).context("the configuration cannot be written as TOML")
 }
 
 /// One experiment and what it has measured so far.
@@ -194,7 +221,7 @@ fn write_page(
         .zip(texts)
         .map(|(e, text)| ExperimentReport { name: &e.name, plan: &e.plan, tally: &e.tally, text })
         .collect();
-    let config = toml::to_string(&configuration::resolve(&on_preset(&args.run))?)?;
+    let config = what_is_read(&configuration::resolve(&on_preset(&args.run))?)?;
     let more = texts.get(experiments.len()).map_or("", String::as_str);
     write_pages(
         &args.page,
@@ -234,6 +261,31 @@ mod tests {
             assert!(ranks && !plan.notes.is_empty(), "{name}");
         }
         assert!(plans("nothing").unwrap_err().to_string().contains("there are: inliers, iterations, "));
+    }
+
+    #[test]
+    fn settings_that_are_not_read_are_refused_and_not_printed() {
+        let plan = parse("title = ''", "mine").unwrap();
+        let set = |set: &str| variants(&plan, &RunArgs { set: vec![set.to_owned()], ..RunArgs::default() });
+        for (assignment, expected) in [
+            ("refinement=point-to-plane", "reads only seed, sampling, normals, "),
+            ("pool.poses=50", "leave it out, or use `congruent evaluate`"),
+            ("ranking=none", "has no effect"),
+            ("quick=[]", "has no effect"),
+            ("metric.mse.threshold=5pr", "the plan lists the metrics"),
+            ("estimator = ransac", "the plan lists the metrics"),
+            ("pol.poses=50", "did you mean `pool`?"),
+        ] {
+            let message = format!("{:#}", set(assignment).unwrap_err());
+            assert!(message.contains(expected) && message.contains(assignment), "{assignment} gave {message}");
+        }
+        for assignment in ["seed=3", "matcher.ratio.keep=0.1", "frame=shot", "normals.source=given"] {
+            assert!(set(assignment).is_ok(), "{assignment}");
+        }
+        let text = what_is_read(&set("seed=3").unwrap()[0].1).unwrap();
+        assert!(text.starts_with("seed = 3\n") && text.contains("[matcher.ratio]\nkeep = 0.3\n"), "{text}");
+        assert!(["metric", "pool", "refinement"].iter().all(|name| !text.contains(&format!("[{name}"))), "{text}");
+        assert!(configuration::parse(&text, "page").is_ok(), "{text}");
     }
 
     #[test]

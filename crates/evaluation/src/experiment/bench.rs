@@ -177,8 +177,18 @@ fn up_to_features(config: &PipelineConfig) -> PipelineConfig {
 }
 
 /// Returns the settings on which matches depend.
-pub(super) fn up_to_matches(config: &PipelineConfig) -> PipelineConfig {
+fn up_to_matches(config: &PipelineConfig) -> PipelineConfig {
     PipelineConfig { matcher: config.matcher.clone(), ..up_to_features(config) }
+}
+
+/// The names of the settings that an experiment reads. Estimators and metrics are those of the plan, and the best
+/// hypothesis is the answer as it was drawn.
+pub const SETTINGS_READ: [&str; 8] =
+    ["seed", "sampling", "normals", "detector", "support", "descriptor", "frame", "matcher"];
+
+/// Returns the settings that an experiment reads, with defaults for all others.
+pub(super) fn what_is_read(config: &PipelineConfig) -> PipelineConfig {
+    PipelineConfig { frame: config.frame.clone(), ..up_to_matches(config) }
 }
 
 /// Returns the settings with the side of the cells in data units, so that the grid is the same for any scan.
@@ -221,6 +231,24 @@ impl<K: PartialEq, V> Shelf<K, V> {
 mod tests {
     use super::*;
     use congruent_simulation::pair::{PairOptions, figurine_pair};
+
+    #[test]
+    fn the_settings_that_are_read_are_the_named_ones() {
+        let other: PipelineConfig = toml::from_str(
+            "seed = 1\nquick = []\nescalation = []\nsampling.none = {}\ndetector.iss = {}\nsupport.min-points = 4\n\
+             descriptor.shot = {}\nframe.shot = {}\nmatcher.ratio = {}\nestimator.ransac = {}\nmetric.mae = {}\n\
+             pool.poses = 1\nranking.none = {}\nrefinement.none = {}\nverdict.a-contrario = {}\n\
+             normals.source = 'given'",
+        )
+        .unwrap();
+        let table = |config: &PipelineConfig| toml::Table::try_from(config).unwrap();
+        let (usual, all, read) = (table(&PipelineConfig::default()), table(&other), table(&what_is_read(&other)));
+        for (name, value) in &usual {
+            assert_ne!(all[name], *value, "{name}: the test needs another value");
+            assert_eq!(read[name] != *value, SETTINGS_READ.contains(&name.as_str()), "{name}");
+        }
+        assert!(SETTINGS_READ.iter().all(|name| usual.contains_key(*name)));
+    }
 
     #[test]
     fn what_is_shared_is_what_would_be_made_afresh() {

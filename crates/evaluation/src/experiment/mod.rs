@@ -17,6 +17,7 @@ mod run;
 mod tables;
 mod tally;
 
+pub use bench::SETTINGS_READ;
 pub use cell::{Cell, Measured};
 pub use groups::{distinct, groups};
 pub use nuisance::Nuisance;

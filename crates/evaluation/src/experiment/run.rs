@@ -1,6 +1,6 @@
 //! Measures all cells of experiments for one pair.
 
-use super::bench::{Bench, Case, up_to_matches};
+use super::bench::{Bench, Case, what_is_read};
 use super::labels::{estimator_label, metric_label};
 use super::plan::{at_threshold, with_iterations};
 use super::{Cell, Measured, MeasuredOn, Nuisance, Plan, Shows};
@@ -89,7 +89,7 @@ impl Request<'_> {
                     let estimator = with_iterations(estimator, plan.iterations.iter().copied().max().unwrap_or(0));
                     streams.push(Stream {
                         estimator: name,
-                        config: PipelineConfig { estimator, ..config.clone() },
+                        config: PipelineConfig { estimator, ..what_is_read(config) },
                         nuisance,
                         measured_on: plan.measured_on,
                         shows: plan.shows,
@@ -170,6 +170,7 @@ struct Found {
 struct Stream {
     /// Name of the estimator.
     estimator: Cow<'static, str>,
+    /// The settings that are read, with defaults for all others.
     config: PipelineConfig,
     nuisance: Nuisance,
     measured_on: MeasuredOn,
@@ -184,8 +185,8 @@ impl Stream {
     /// Returns whether the poses are the same. The number of iterations is part of the estimator, so that a metric that
     /// is wanted only for few iterations does not score the poses of many.
     fn is_same(&self, other: &Stream) -> bool {
-        let key = |s: &Stream| (s.config.estimator.clone(), s.config.frame.clone(), s.nuisance, s.measured_on, s.shows);
-        key(self) == key(other) && up_to_matches(&self.config) == up_to_matches(&other.config)
+        let key = |s: &Stream| (s.nuisance, s.measured_on, s.shows);
+        key(self) == key(other) && self.config == other.config
     }
 
     /// Adds the rankings and the numbers of trials that another request wants.
