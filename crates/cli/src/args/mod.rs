@@ -12,7 +12,7 @@ mod stages;
 
 pub(crate) use align::{AlignArgs, DemoArgs, RefineArgs, ResultArgs, ViewpointArgs};
 pub(crate) use batch::{BatchArgs, MergeArgs, PairChoice};
-pub(crate) use calibrate::CalibrateArgs;
+pub(crate) use calibrate::{Alike, CalibrateArgs};
 pub(crate) use config::ConfigCommand;
 pub(crate) use evaluation::{DatasetArgs, EvaluateArgs, ExperimentArgs, PageArgs, SimulateArgs, SimulatedKind};
 pub(crate) use files::{ConvertArgs, InspectArgs, ReadingArgs};

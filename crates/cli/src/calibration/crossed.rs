@@ -1,6 +1,7 @@
 //! Scans of different data sets, scaled to the same resolution so that size does not distinguish them.
 
 use super::{Objects, Scene, Trial};
+use crate::args::Alike;
 use anyhow::{Context, Result};
 use congruent_evaluation::calibration::Origin;
 use congruent_geometry::random::Stream;
@@ -16,16 +17,16 @@ const MAX_DRAWS: usize = 50;
 /// Number of points at which a resolution is measured.
 const MEASURED_AT: usize = 4000;
 
-/// Returns `n` pairs, or fewer if there are not as many. Data sets in `alike` are not crossed with each other.
+/// Returns `n` pairs, or fewer if there are not as many. Data sets that are alike are not crossed with each other.
 pub(super) fn trials<'a>(
     datasets: &'a [Dataset],
     objects: &Objects<'a>,
-    alike: &[String],
+    alike: &[Alike],
     n: usize,
     seed: u64,
 ) -> Vec<Trial<'a>> {
     let scans: Vec<(&str, Vec<&'a Path>)> = datasets.iter().map(|d| (d.name.as_str(), scans_of(d))).collect();
-    let is_alike = |name: &str| alike.iter().any(|other| other == name);
+    let are_alike = |a: &str, b: &str| alike.iter().any(|object| object.includes(a) && object.includes(b));
     let mut stream = Stream::new(seed, 0);
     let mut chosen = BTreeSet::new();
     for _ in 0..n * MAX_DRAWS {
@@ -37,7 +38,7 @@ pub(super) fn trials<'a>(
                 .map(|(name, files)| (*name, dataset, files[stream.below(files.len() as u32) as usize]))
         };
         let (Some(source), Some(target)) = (draw(), draw()) else { break };
-        if chosen.len() < n && source.1 != target.1 && !(is_alike(source.0) && is_alike(target.0)) {
+        if chosen.len() < n && source.1 != target.1 && !are_alike(source.0, target.0) {
             chosen.insert(((source.0, source.2), (target.0, target.2)));
         }
     }
@@ -71,4 +72,34 @@ fn resolution_of(raw: &RawScan, path: &Path) -> Result<f64> {
 fn scans_of(dataset: &Dataset) -> Vec<&Path> {
     let files = dataset.pairs.iter().flat_map(|pair| [&pair.source_file, &pair.target_file]);
     files.collect::<BTreeSet<&PathBuf>>().into_iter().map(PathBuf::as_path).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use congruent_geometry::RigidTransform;
+    use congruent_io::TruePair;
+
+    fn dataset(name: &str) -> Dataset {
+        let pair = TruePair {
+            source: "source".to_owned(),
+            target: "target".to_owned(),
+            place: String::new(),
+            source_file: format!("{name}/source").into(),
+            target_file: format!("{name}/target").into(),
+            overlap: None,
+            target_from_source: RigidTransform::identity(),
+        };
+        Dataset { name: name.to_owned(), pairs: vec![pair], warnings: Vec::new(), broken: Vec::new(), min_overlap: 0.0 }
+    }
+
+    #[test]
+    fn only_scans_of_different_objects_are_crossed() {
+        let datasets = ["a", "b", "c", "d"].map(dataset);
+        let alike: Vec<Alike> = ["a,b", "c,d"].map(|names| names.parse().unwrap()).to_vec();
+        let trials = trials(&datasets, &Objects::of(&datasets, &alike), &alike, 40, 0);
+        let has = |a: &str, b: &str| trials.iter().any(|trial| trial.id.contains(&format!("/{a}/source--{b}/target")));
+        assert!(has("a", "c") && has("a", "d") && has("d", "b"));
+        assert!(!has("a", "a") && !has("a", "b") && !has("b", "a") && !has("c", "d") && !has("d", "c"));
+    }
 }

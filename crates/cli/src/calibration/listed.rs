@@ -1,10 +1,11 @@
 //! Pairs of a data set: those that it lists, as provided, moved and mirrored, and those that it does not list.
 
 use super::{Objects, Scene, SceneMaker, Trial};
+use crate::fingerprint::fingerprint;
 use anyhow::Result;
 use congruent_evaluation::calibration::Origin;
-use congruent_geometry::RigidTransform;
 use congruent_geometry::random::Stream;
+use congruent_geometry::{RigidTransform, to_rows};
 use congruent_io::{Dataset, TruePair, read_scan};
 use congruent_pipeline::Pair;
 use congruent_simulation::nuisances::moved;
@@ -33,9 +34,14 @@ pub(super) fn trials<'a>(dataset: &'a Dataset, objects: &Objects<'a>) -> Vec<Tri
     listed.chain(unlisted).collect()
 }
 
+/// Returns the name of a trial, with a fingerprint of the ground truth if it is judged by that.
 fn id(dataset: &Dataset, pair: &TruePair, origin: Origin) -> String {
-    let origin = format!("{origin:?}").to_lowercase();
-    format!("{origin}/{}/{}--{}", dataset.name, pair.source, pair.target)
+    let kind = format!("{origin:?}").to_lowercase();
+    let name = format!("{kind}/{}/{}--{}", dataset.name, pair.source, pair.target);
+    match origin {
+        Origin::Mirrored => name,
+        _ => format!("{name}/{}", fingerprint(&[&format!("{:?}", to_rows(&pair.target_from_source))])),
+    }
 }
 
 fn scene(pair: &TruePair) -> Result<Scene> {
@@ -141,12 +147,29 @@ mod tests {
         }
     }
 
+    fn dataset(pairs: Vec<TruePair>) -> Dataset {
+        Dataset { name: "set".to_owned(), pairs, warnings: Vec::new(), broken: Vec::new(), min_overlap: 0.0 }
+    }
+
+    #[test]
+    fn a_corrected_truth_makes_another_trial_of_what_it_judges() {
+        let ids = |x: f64| -> Vec<String> {
+            let set = dataset(vec![pair("b", "a", x), pair("c", "b", 10.0)]);
+            trials(&set, &Objects::of(std::slice::from_ref(&set), &[])).into_iter().map(|trial| trial.id).collect()
+        };
+        let (first, same, corrected) = (ids(1.0), ids(1.0), ids(1.001));
+        assert_eq!(first, same);
+        for (old, new) in first.iter().zip(&corrected) {
+            let depends = !old.starts_with("mirrored/") && !old.contains("c--b");
+            assert_eq!(old != new, depends, "{old} and {new}");
+        }
+        assert!(first.len() == 7 && first[6].starts_with("unlisted/set/c--a/"), "{first:?}");
+    }
+
     #[test]
     fn truths_are_chained_and_what_is_listed_or_apart_is_not_made_up() {
         let pairs = vec![pair("b", "a", 1.0), pair("c", "b", 10.0), pair("d", "c", 100.0), pair("y", "x", 5.0)];
-        let dataset =
-            Dataset { name: "set".to_owned(), pairs, warnings: Vec::new(), broken: Vec::new(), min_overlap: 0.0 };
-        let found: Vec<(String, String, f64)> = unlisted(&dataset)
+        let found: Vec<(String, String, f64)> = unlisted(&dataset(pairs))
             .into_iter()
             .map(|pair| (pair.source, pair.target, pair.target_from_source.translation.vector.x))
             .collect();

@@ -6,7 +6,7 @@ mod objects;
 mod rows;
 mod simulated;
 
-use crate::args::CalibrateArgs;
+use crate::args::{Alike, CalibrateArgs};
 use crate::commands::{listed_pairs, named_once};
 use crate::fingerprint::fingerprint;
 use crate::progress::Bar;
@@ -61,19 +61,46 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode> {
         named_once(path, &one.name, datasets.iter().map(|other| &other.name))?;
         datasets.push(one);
     }
+    check_alike(&args.alike, &datasets)?;
     let trials = trials(args, &datasets, config.seed);
-    let made_by = fingerprint(&[env!("CARGO_PKG_VERSION"), &toml::to_string(&config)?]);
+    let looking = PipelineConfig { verdict: VerdictConfig::Dense(open_to_all(verdict)), ..config.clone() };
+    let made_by = fingerprint(&[env!("CARGO_PKG_VERSION"), &toml::to_string(&looking)?]);
     let mut rows = Rows::open(&args.output, made_by)?;
-    let credulous = DenseVerdictConfig { min_confidence: BELIEVABLE.min(verdict.min_confidence), ..verdict.clone() };
-    let looking = PipelineConfig { verdict: VerdictConfig::Dense(credulous), ..config.clone() };
     let errors = register_all(&trials, &looking, &mut rows)?;
-    let rows = rows.of(trials.iter().map(|trial| trial.id.as_str()));
+    let rows = rows.of(&trials);
     let validation = Validation::new(&rows, verdict);
     let figures = validation.to_string();
     write_file(&args.output.join("calibration.toml"), calibration_file(&validation)?.as_bytes())?;
     write_file(&args.output.join("calibration.md"), figures.as_bytes())?;
     output::data(figures.trim_end())?;
     Ok(if errors == 0 { ExitCode::SUCCESS } else { ExitCode::from(SOME_ERRORS) })
+}
+
+/// Returns the settings under which rows are made: from these rows the answer under any `rival-odds`, and under any
+/// `min-confidence` above [`BELIEVABLE`], can be derived. With the lowest odds, no pose that comes close keeps another one
+/// from being examined.
+fn open_to_all(verdict: &DenseVerdictConfig) -> DenseVerdictConfig {
+    DenseVerdictConfig {
+        min_confidence: BELIEVABLE.min(verdict.min_confidence),
+        rival_odds: f64::MIN_POSITIVE,
+        ..verdict.clone()
+    }
+}
+
+/// Refuses names of data sets that are not among those given, or that show two objects.
+fn check_alike(alike: &[Alike], datasets: &[Dataset]) -> Result<()> {
+    let known: Vec<&str> = datasets.iter().map(|dataset| dataset.name.as_str()).collect();
+    let mut seen: Vec<&String> = Vec::new();
+    for name in alike.iter().flat_map(Alike::names) {
+        if !known.contains(&name.as_str()) {
+            bail!("--alike: no data set is called `{name}`; there are: {}", known.join(", "));
+        }
+        if seen.contains(&name) {
+            bail!("--alike names `{name}` twice; list all data sets that show the same object once, as in A,B,C");
+        }
+        seen.push(name);
+    }
+    Ok(())
 }
 
 fn trials<'a>(args: &CalibrateArgs, datasets: &'a [Dataset], seed: u64) -> Vec<Trial<'a>> {
@@ -138,4 +165,46 @@ fn calibration_file(validation: &Validation<'_>) -> Result<String> {
         validation.auc(),
         toml::to_string(&validation.calibration)?
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_that_rows_do_not_depend_on_leave_them_as_they_are() {
+        let usual = DenseVerdictConfig::default();
+        for (verdict, is_same) in [
+            (DenseVerdictConfig { min_confidence: 0.5, ..usual.clone() }, true),
+            (DenseVerdictConfig { rival_odds: 3.0, ..usual.clone() }, true),
+            (DenseVerdictConfig { min_confidence: 0.1, ..usual.clone() }, false),
+            (DenseVerdictConfig { rival_score: 0.5, ..usual.clone() }, false),
+        ] {
+            assert_eq!(open_to_all(&verdict) == open_to_all(&usual), is_same, "{verdict:?}");
+        }
+    }
+
+    #[test]
+    fn data_sets_that_are_alike_are_given_and_named_once() {
+        let dataset = |name: &str| Dataset {
+            name: name.to_owned(),
+            pairs: Vec::new(),
+            warnings: Vec::new(),
+            broken: Vec::new(),
+            min_overlap: 0.0,
+        };
+        let datasets = ["bunny", "kinect", "chef"].map(dataset);
+        let said = |lists: &[&str]| {
+            let alike: Vec<Alike> = lists.iter().map(|names| names.parse().unwrap()).collect();
+            check_alike(&alike, &datasets).err().map(|error| error.to_string())
+        };
+        assert_eq!(said(&["bunny, kinect"]), None);
+        let unknown = said(&["bunny,kinekt"]).unwrap();
+        assert!(unknown.contains("`kinekt`; there are: bunny, kinect, chef"), "{unknown}");
+        let twice = said(&["bunny,kinect", "kinect,chef"]).unwrap();
+        assert!(twice.contains("`kinect` twice"), "{twice}");
+        for lone in ["bunny", "bunny,", ""] {
+            assert!(lone.parse::<Alike>().is_err(), "{lone}");
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! What the scans of data sets show: scans connected by a chain of listed pairs show the same object or scene.
 
+use crate::args::Alike;
 use congruent_io::Dataset;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,14 +9,15 @@ use std::path::Path;
 pub(super) struct Objects<'a>(BTreeMap<&'a Path, String>);
 
 impl<'a> Objects<'a> {
-    /// Data sets in `alike` show the same objects.
-    pub(super) fn of(datasets: &'a [Dataset], alike: &[String]) -> Objects<'a> {
+    /// Data sets that are alike show the same object.
+    pub(super) fn of(datasets: &'a [Dataset], alike: &[Alike]) -> Objects<'a> {
         let mut objects = BTreeMap::new();
         for dataset in datasets {
             let first = first_of_each(dataset);
-            let name = |file: &Path| match alike.contains(&dataset.name) {
-                true => alike.join("+"),
-                false => format!("{}/{}", dataset.name, file.file_name().unwrap_or_default().to_string_lossy()),
+            let shared = alike.iter().find(|object| object.includes(&dataset.name));
+            let name = |file: &Path| match shared {
+                Some(object) => object.names().join("+"),
+                None => format!("{}/{}", dataset.name, file.file_name().unwrap_or_default().to_string_lossy()),
             };
             objects.extend(first.into_iter().map(|(file, first)| (file, name(first))));
         }
@@ -67,10 +69,14 @@ mod tests {
             dataset("rooms", &[["b", "a"], ["d", "c"], ["c", "e"], ["e", "f"]]),
             dataset("x", &[["p", "q"]]),
             dataset("y", &[["r", "s"]]),
+            dataset("v", &[["t", "u"]]),
+            dataset("w", &[["v", "w"]]),
         ];
-        let objects = Objects::of(&sets, &["x".to_owned(), "y".to_owned()]);
-        let shown = ["a", "b", "c", "d", "e", "f", "p", "q", "r", "s"].map(|file| objects.shown_in(Path::new(file)));
-        let (ab, cdef, xy) = ("rooms/a", "rooms/c", "x+y");
-        assert_eq!(shown, [ab, ab, cdef, cdef, cdef, cdef, xy, xy, xy, xy]);
+        let alike: Vec<Alike> = ["x,y", "v,w"].map(|names| names.parse().unwrap()).to_vec();
+        let objects = Objects::of(&sets, &alike);
+        let shown = |files: [&str; 4]| files.map(|file| objects.shown_in(Path::new(file)));
+        assert_eq!(shown(["a", "b", "c", "d"]), ["rooms/a", "rooms/a", "rooms/c", "rooms/c"]);
+        assert_eq!(shown(["e", "f", "p", "q"]), ["rooms/c", "rooms/c", "x+y", "x+y"]);
+        assert_eq!(shown(["r", "s", "t", "w"]), ["x+y", "x+y", "v+w", "v+w"]);
     }
 }

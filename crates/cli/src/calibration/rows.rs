@@ -1,5 +1,6 @@
 //! The rows of a calibration on disk: written as they are made, and found again after an interruption.
 
+use super::Trial;
 use crate::journal::{Journal, read_rows};
 use anyhow::{Context, Result};
 use congruent_evaluation::calibration::CalibrationRow;
@@ -12,13 +13,13 @@ const FILE: &str = "rows.jsonl";
 /// A line of the file.
 #[derive(Serialize, Deserialize)]
 struct Line {
-    /// Fingerprint of the version, configuration and seed that produced the row.
+    /// Fingerprint of the version and of the settings on which the row depends.
     made_by: String,
     #[serde(flatten)]
     row: CalibrationRow,
 }
 
-/// Rows by the names of their pairs. Rows that another version, configuration or seed produced stay in the file but are
+/// Rows by the names of their pairs. Rows that another version or other settings produced stay in the file but are
 /// ignored.
 pub(super) struct Rows {
     made_by: String,
@@ -43,9 +44,14 @@ impl Rows {
         self.rows.contains_key(id)
     }
 
-    /// Returns the rows of these pairs, as far as they exist.
-    pub(super) fn of<'i>(&self, ids: impl Iterator<Item = &'i str>) -> Vec<CalibrationRow> {
-        ids.filter_map(|id| self.rows.get(id).cloned()).collect()
+    /// Returns the rows of these trials, as far as they exist. What a pair shows and where it comes from is what the trial
+    /// says: what the file says may be from a run in which other data sets were alike.
+    pub(super) fn of(&self, trials: &[Trial<'_>]) -> Vec<CalibrationRow> {
+        let row = |trial: &Trial<'_>| {
+            let row = self.rows.get(&trial.id)?.clone();
+            Some(CalibrationRow { groups: trial.groups.clone(), origin: trial.origin, ..row })
+        };
+        trials.iter().filter_map(row).collect()
     }
 
     /// Adds a row, first to the file.
@@ -60,18 +66,37 @@ impl Rows {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use anyhow::bail;
     use congruent_evaluation::calibration::Origin;
+
+    fn row(id: &str) -> CalibrationRow {
+        CalibrationRow {
+            id: id.to_owned(),
+            groups: vec!["once".to_owned()],
+            origin: Origin::Listed,
+            attempts: Vec::new(),
+        }
+    }
+
+    fn trial(id: &str) -> Trial<'static> {
+        let groups = vec!["now".to_owned()];
+        Trial { id: id.to_owned(), groups, origin: Origin::Crossed, scene: Box::new(|| bail!("not needed")) }
+    }
+
+    #[test]
+    fn groups_are_those_of_this_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut rows = Rows::open(folder.path(), "one".to_owned()).unwrap();
+        rows.add(row("a")).unwrap();
+        let found = rows.of(&[trial("a"), trial("b")]);
+        assert_eq!(found.len(), 1);
+        assert_eq!((found[0].groups[0].as_str(), found[0].origin), ("now", Origin::Crossed));
+    }
 
     #[test]
     fn a_row_of_another_configuration_is_made_again_and_kept() {
         let folder = tempfile::tempdir().unwrap();
         let open = |made_by: &str| Rows::open(folder.path(), made_by.to_owned()).unwrap();
-        let row = |id: &str| CalibrationRow {
-            id: id.to_owned(),
-            groups: vec![String::new()],
-            origin: Origin::Listed,
-            attempts: Vec::new(),
-        };
         open("one").add(row("a")).unwrap();
         let mut other = open("another");
         assert!(!other.has("a"));
@@ -79,6 +104,6 @@ mod tests {
         other.add(row("b")).unwrap();
         let one = open("one");
         assert!(one.has("a") && !one.has("b"));
-        assert_eq!(open("another").of(["b", "c"].into_iter()).len(), 1, "only pairs that are asked for and there");
+        assert_eq!(open("another").of(&[trial("b"), trial("c")]).len(), 1, "only pairs that are asked for and there");
     }
 }
