@@ -352,6 +352,15 @@ fn config_show_explains_where_a_setting_comes_from() {
         "{text}"
     );
     assert!(ends("sampling.voxel-grid.leaf", "preset paper"), "{text}");
+    let named = congruent(&["config", "show", "--explain", "-c", "paper"]);
+    let as_shown = congruent(&["config", "show", "paper", "--explain"]);
+    assert!(named.status.success() && named.stdout == as_shown.stdout, "{}", stderr(&named));
+    let members = congruent(&["config", "show", "members", "--explain", "--set", "pool.poses=1"]);
+    assert!(
+        members.status.code() == Some(2) && stderr(&members).contains("leave out --explain"),
+        "{}",
+        stderr(&members)
+    );
     let plain = congruent(&["config", "show", "--explain"]);
     assert!(String::from_utf8(plain.stdout).unwrap().lines().all(|line| line.ends_with("# default")));
 }

@@ -16,7 +16,7 @@ pub(crate) enum ConfigCommand {
         /// A folder whose congruent.toml is included, as in batch
         #[arg(long, value_name = "DIR", requires = "explain")]
         folder: Option<PathBuf>,
-        /// A TOML file
+        /// A TOML file, or the name of a preset (default, fast, paper)
         #[arg(short, long, value_name = "FILE", requires = "explain")]
         config: Option<PathBuf>,
         /// Change one setting; may be repeated
