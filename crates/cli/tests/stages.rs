@@ -139,6 +139,20 @@ fn positions_of_points_and_bare_coordinates_are_estimated_from() {
 }
 
 #[test]
+fn a_pose_in_tiny_coordinates_is_printed_with_its_digits() {
+    let folder = Folder::with_scans();
+    let points = read_scan(&folder.path("source.ply")).unwrap().points;
+    // In units of ten million, moved along x by 2e-5.
+    let tiny = |p: &[f64; 3]| p.map(|v| v * 1e-7);
+    let line = |[x, y, z]: [f64; 3]| format!("{x:?} {y:?} {z:?} {:?} {y:?} {z:?}\n", x + 2e-5);
+    folder.write("six.txt", &points.iter().step_by(97).map(|p| line(tiny(p))).collect::<String>());
+    let text = folder.ok("estimate six.txt --resolution 1e-7u -c paper");
+    let first = text.lines().find(|line| line.trim_start().starts_with("1.000")).unwrap_or_default();
+    let shift = first.split_whitespace().nth(3).unwrap_or_default();
+    assert!(shift.starts_with("0.0000200") || shift.starts_with("0.0000199"), "{text}");
+}
+
+#[test]
 fn wrong_inputs_are_named_and_leave_with_two() {
     let folder = Folder::with_scans();
     folder.write("far.csv", "x,y,z\n1e300,0,0\n");

@@ -14,6 +14,7 @@ use congruent_pipeline::stages::{
     MOST_MATCHES, Prepared, estimate, evidence, evidence_near, prepare, test_against_chance,
 };
 use congruent_pipeline::{Failure, Pair, PipelineConfig, Verdict};
+use congruent_report::pose_rows;
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -34,6 +35,9 @@ struct Report {
     /// The length that `pr` stands for, data units.
     resolution: f64,
     seed: u64,
+    /// The largest coordinate of the centres of both sides, data units: how exactly the pose is printed depends on it.
+    #[serde(skip)]
+    reach: f64,
 }
 
 #[derive(Default, Serialize)]
@@ -143,6 +147,7 @@ impl Input {
             counts: Counts { correspondences: evidence.len(), ..Counts::default() },
             resolution: *resolution,
             seed: config.seed,
+            reach: origins.source.amax().max(origins.target.amax()),
         };
         if evidence.len() < 3 {
             report.reason = Some(Failure::FewMatches { kept: evidence.len() }.to_string());
@@ -174,8 +179,8 @@ impl Report {
         lines.extend(self.reason.iter().map(|reason| format!("reason           {reason}")));
         let Counts { correspondences, inliers, .. } = self.counts;
         lines.push(format!("correspondences  {correspondences}, {inliers} of them inliers"));
-        for row in self.target_from_source.iter().flatten() {
-            lines.push(row.map(|v| format!("{v:>14.6}")).join(" "));
+        if let Some(rows) = &self.target_from_source {
+            lines.extend(pose_rows(rows, self.resolution, self.reach));
         }
         lines.join("\n")
     }
