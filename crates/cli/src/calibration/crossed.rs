@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn only_scans_of_different_objects_are_crossed() {
         let datasets = ["a", "b", "c", "d"].map(dataset);
-        let alike: Vec<Alike> = ["a,b", "c,d"].map(|names| names.parse().unwrap()).to_vec();
+        let alike: Vec<Alike> = ["a,b", "c,d"].map(|names| names.parse::<Alike>().unwrap()).to_vec();
         let trials = trials(&datasets, &Objects::of(&datasets, &alike), &alike, 40, 0);
         let has = |a: &str, b: &str| trials.iter().any(|trial| trial.id.contains(&format!("/{a}/source--{b}/target")));
         assert!(has("a", "c") && has("a", "d") && has("d", "b"));

@@ -72,7 +72,7 @@ mod tests {
             dataset("v", &[["t", "u"]]),
             dataset("w", &[["v", "w"]]),
         ];
-        let alike: Vec<Alike> = ["x,y", "v,w"].map(|names| names.parse().unwrap()).to_vec();
+        let alike: Vec<Alike> = ["x,y", "v,w"].map(|names| names.parse::<Alike>().unwrap()).to_vec();
         let objects = Objects::of(&sets, &alike);
         let shown = |files: [&str; 4]| files.map(|file| objects.shown_in(Path::new(file)));
         assert_eq!(shown(["a", "b", "c", "d"]), ["rooms/a", "rooms/a", "rooms/c", "rooms/c"]);
