@@ -1,7 +1,6 @@
 //! Joint refinement: any two scans that touch under the solved poses pull on each other, whether or not a registration
 //! joined them, and the graph is solved for all of them at once; repeatedly, as in ICP.
 
-use crate::edge::Edge;
 use crate::robust::{Constraint, relaxed};
 use crate::votes::displacement;
 use crate::{Node, Settings, Touch};
@@ -96,8 +95,7 @@ fn pulls(
 ) -> Vec<Constraint> {
     let one = |&(source, target): &(usize, usize)| {
         let (target_from_source, touch) = contact.align(source, target, &relative(poses, source, target), round)?;
-        let information = touch.precision(settings.noise_floor);
-        Some(Constraint { edge: Edge { source, target, target_from_source, information }, touch, strength: 1.0 })
+        Some(Constraint::measured([source, target], target_from_source, touch, settings))
     };
     pairs.par_iter().map(one).collect::<Vec<_>>().into_iter().flatten().collect()
 }

@@ -4,6 +4,7 @@ use crate::robust::{Constraint, Settled, relaxed, settled};
 use crate::{Belief, Candidate, Contact, Edge, Fate, Node, Settings, Touch};
 use crate::{bridges, joint, uncertainty, votes};
 use congruent_geometry::RigidTransform;
+use std::collections::BTreeSet;
 
 /// The poses of all scans.
 #[derive(Clone, Debug)]
@@ -18,7 +19,8 @@ pub struct Reconstruction {
     pub uncertainty: Vec<Option<f64>>,
     /// What became of each candidate.
     pub fates: Vec<Fate>,
-    /// What the poses finally rest on: the contacts of the joint refinement or, without one, the kept candidates.
+    /// What the poses finally rest on: the contacts of the joint refinement or, without one, the kept candidates, each
+    /// followed by the contact in the other direction, as far as the surfaces touch there, too.
     pub edges: Vec<(Edge, Touch)>,
     /// Whether the joint refinement moved the scans (and did not lose contact).
     pub refined: bool,
@@ -45,7 +47,7 @@ pub fn reconstruct(
     let mut graph = Graph { nodes, candidates, strengths, settings, fates: elected };
     let solved = graph.joined(graph.solved());
     let refined = joint::refined(nodes, contact, &solved.components, &solved.poses, settings);
-    graph.finished(&solved, refined)
+    graph.finished(&solved, refined, contact)
 }
 
 struct Graph<'a> {
@@ -99,7 +101,7 @@ impl Graph<'_> {
         }
     }
 
-    fn finished(mut self, solved: &Settled, refined: joint::Refined) -> Reconstruction {
+    fn finished(mut self, solved: &Settled, refined: joint::Refined, contact: &dyn Contact) -> Reconstruction {
         let (poses, settings) = (refined.poses, self.settings);
         let was_refined = !refined.constraints.is_empty();
         let (constraints, parting) = if was_refined {
@@ -111,6 +113,7 @@ impl Graph<'_> {
         self.agreeing(&poses, &solved.components);
         let (_, lines) = relaxed(&poses, &solved.components, &constraints, parting);
         let uncertainty = uncertainty::uncertainties(self.nodes, &poses, &solved.components, &constraints, &lines);
+        let constraints = if was_refined { constraints } else { both_ways(constraints, contact, settings) };
         Reconstruction {
             frame_from_scan: in_first_frames(&poses, &solved.components),
             components: largest_first(solved.components.clone()),
@@ -143,6 +146,23 @@ impl Graph<'_> {
             }
         }
     }
+}
+
+/// Follows each constraint by one in the opposite direction, measured under the same pose; not where the list has that
+/// direction already, or the surfaces hardly touch in it.
+fn both_ways(constraints: Vec<Constraint>, contact: &dyn Contact, settings: &Settings) -> Vec<Constraint> {
+    let mut present: BTreeSet<(usize, usize)> = constraints.iter().map(|c| (c.edge.source, c.edge.target)).collect();
+    let mut all = Vec::new();
+    for constraint in constraints {
+        let Edge { source, target, target_from_source, .. } = constraint.edge;
+        all.push(constraint);
+        if present.insert((target, source)) {
+            let source_from_target = target_from_source.inverse();
+            let touch = contact.measure(target, source, &source_from_target);
+            all.extend(touch.map(|touch| Constraint::measured([target, source], source_from_target, touch, settings)));
+        }
+    }
+    all
 }
 
 /// Returns the poses of each component in the frame of its first scan.

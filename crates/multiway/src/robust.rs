@@ -37,6 +37,17 @@ impl Constraint {
         Constraint { edge, touch: candidate.touch, strength }
     }
 
+    /// Returns the constraint of a contact that was just measured; `ends` are its source and its target.
+    pub(crate) fn measured(
+        [source, target]: [usize; 2],
+        target_from_source: RigidTransform,
+        touch: Touch,
+        settings: &Settings,
+    ) -> Constraint {
+        let information = touch.precision(settings.noise_floor);
+        Constraint { edge: Edge { source, target, target_from_source, information }, touch, strength: 1.0 }
+    }
+
     /// Returns the squared separation of its surfaces under the poses.
     pub(crate) fn parting_sq(&self, poses: &[RigidTransform]) -> f64 {
         self.touch.parting_sq(&self.edge.error(poses))

@@ -265,5 +265,14 @@ fn a_refinement_that_loses_touch_is_not_taken() {
     let contact = Misled(Pulled { truth: ring.truth.clone() });
     let result = reconstruct(&nodes(24), &ring.candidates, &contact, &Settings::new(1.0));
     assert!(!result.refined);
-    assert_eq!(result.frame_from_scan, ring.reconstructed().frame_from_scan);
+    let graph_alone = ring.reconstructed();
+    assert_eq!(result.frame_from_scan, graph_alone.frame_from_scan);
+    assert_eq!(result.uncertainty, graph_alone.uncertainty);
+    // What is reported are the contacts of the kept candidates, in both directions.
+    assert_eq!(result.edges.len(), 2 * graph_alone.edges.len());
+    for pair in result.edges.chunks(2) {
+        let (forth, back) = (&pair[0].0, &pair[1].0);
+        assert_eq!((forth.source, forth.target), (back.target, back.source));
+        assert_eq!(forth.target_from_source.inverse(), back.target_from_source);
+    }
 }

@@ -7,6 +7,7 @@ use congruent_multiway::{Edge, Fate, Reconstruction, Touch};
 use congruent_pipeline::Verdict;
 use congruent_reconstruction::{Conflict, Proposal, Registered, Surfaces};
 use serde::Serialize;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// What `reconstruct --json` prints. Lengths are in data units.
@@ -140,19 +141,20 @@ impl Outcome {
             }
         };
         let pairs = pairs.proposals.iter().map(&mut pair).collect();
+        let touching = touching(&contacts);
         let components: Vec<&Vec<usize>> = result.components.iter().filter(|members| members.len() > 1).collect();
         let scans = (0..ended.input.scans.len())
             .map(|at| {
                 let component = components.iter().position(|members| members.contains(&at));
                 let placed = component.map(|number| surfaces.in_files(result, at, components[number][0]));
-                let own: Vec<&ContactLine> = contacts.iter().filter(|contact| contact.ends[0] == at).collect();
+                let own = contacts.iter().filter(|contact| contact.ends[0] == at);
                 ScanLine {
                     scan: name(at),
                     component: component.map(|number| number + 1),
                     frame_from_scan: placed.as_ref().map(to_rows),
                     uncertainty: result.uncertainty[at],
-                    touches: own.len(),
-                    overlap: own.iter().map(|contact| contact.overlap).fold(0.0, f64::max),
+                    touches: touching.iter().filter(|ends| ends.contains(&at)).count(),
+                    overlap: own.map(|contact| contact.overlap).fold(0.0, f64::max),
                     problem: component.is_none().then(|| problem(ended, result, surfaces, at)),
                     frame_from_file: placed,
                 }
@@ -181,6 +183,11 @@ impl Outcome {
         self.conflicts.is_empty()
     }
 
+    /// Returns the pairs of scans that touch, each once.
+    pub(super) fn touching(&self) -> BTreeSet<[usize; 2]> {
+        touching(&self.contacts)
+    }
+
     pub(crate) fn json(&self) -> String {
         serde_json::to_string_pretty(self).expect("numbers, strings and lists can be written as JSON")
     }
@@ -188,6 +195,12 @@ impl Outcome {
     pub(crate) fn text(&self, folder: &Path) -> String {
         format!("{}\nwrote {}", overview(self).join("\n"), folder.display())
     }
+}
+
+/// Returns the scans that touch in either direction, each pair once, the earlier one first.
+fn touching(contacts: &[ContactLine]) -> BTreeSet<[usize; 2]> {
+    let ordered = |ends: [usize; 2]| [ends[0].min(ends[1]), ends[0].max(ends[1])];
+    contacts.iter().map(|contact| ordered(contact.ends)).collect()
 }
 
 fn problem(ended: &Ended<'_>, result: &Reconstruction, surfaces: &Surfaces, at: usize) -> String {
@@ -200,4 +213,22 @@ fn problem(ended: &Ended<'_>, result: &Reconstruction, surfaces: &Surfaces, at: 
     debug_assert!(result.components.iter().any(|members| members == &[at]));
     "none of its poses was accepted or confirmed by others; it may show something else, or overlap too little"
         .to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scans_touch_whichever_of_them_was_moved_onto_the_other() {
+        let contact = |ends: [usize; 2]| ContactLine {
+            source: ends[0].to_string(),
+            target: ends[1].to_string(),
+            overlap: 0.5,
+            residual: 0.1,
+            ends,
+        };
+        let found = touching(&[[2, 0], [1, 0], [0, 1], [2, 1], [2, 1]].map(contact));
+        assert_eq!(found.into_iter().collect::<Vec<_>>(), [[0, 1], [0, 2], [1, 2]]);
+    }
 }

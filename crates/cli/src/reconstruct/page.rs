@@ -82,7 +82,7 @@ fn scene(outcome: &Outcome, surfaces: &Surfaces, number: usize) -> Scene {
     let of = |used: bool| -> Vec<[usize; 2]> {
         outcome.pairs.iter().filter(|p| p.is_used == used).map(|p| p.ends).filter(inside).collect()
     };
-    let touching = outcome.contacts.iter().map(|c| c.ends).filter(|ends| ends[0] < ends[1] && inside(ends)).collect();
+    let touching = outcome.touching().into_iter().filter(inside).collect();
     layers.push(graph("scans that touch", CONTACT, false, touching));
     let contradicting: Vec<[usize; 2]> = outcome.conflicts.iter().map(|c| c.ends).filter(inside).collect();
     if !contradicting.is_empty() {

@@ -59,8 +59,7 @@ pub(super) fn overview(outcome: &Outcome) -> Vec<String> {
         lines.push(format!("poses of pairs: {}", counted.join(", ")));
     }
     if outcome.refined {
-        let pairs = outcome.contacts.iter().filter(|contact| contact.ends[0] < contact.ends[1]).count();
-        lines.push(format!("refined together over {pairs} pairs of scans that touch"));
+        lines.push(format!("refined together over {} pairs of scans that touch", outcome.touching().len()));
     }
     if let Some(worst) = outcome.conflicts.first() {
         let ([one, other], percent) = (&worst.scans, 100.0 * worst.floating);
