@@ -81,7 +81,13 @@ pub enum Fate {
     Unsupported,
     /// The poses on which all others agree separate its surfaces.
     Contradicted {
-        /// Root mean square separation, data units.
+        /// Root mean square separation, data units; more than [`Settings::parting`](crate::Settings::parting).
         parting: f64,
+    },
+    /// Under the poses on which all others agree, its surfaces still touch but have slid along each other.
+    Displaced {
+        /// Mean displacement of the source's points, data units; more than
+        /// [`Settings::agreement`](crate::Settings::agreement).
+        displacement: f64,
     },
 }

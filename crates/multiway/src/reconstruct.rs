@@ -142,7 +142,11 @@ impl Graph<'_> {
                 self.fates[at] = Fate::Agrees;
             } else if candidate.belief != Belief::Doubted && self.fates[at] == Fate::Unsupported {
                 let parting = Constraint::of(candidate, 0.0, self.settings).parting_sq(poses).sqrt();
-                self.fates[at] = Fate::Contradicted { parting };
+                self.fates[at] = if parting > self.settings.parting {
+                    Fate::Contradicted { parting }
+                } else {
+                    Fate::Displaced { displacement: off }
+                };
             }
         }
     }

@@ -276,3 +276,34 @@ fn a_refinement_that_loses_touch_is_not_taken() {
         assert_eq!(forth.target_from_source.inverse(), back.target_from_source);
     }
 }
+
+/// The touch of two horizontal planes: only motions out of the plane separate them.
+fn flat_touch() -> Touch {
+    let mut information = Matrix6::zeros();
+    let mut stream = Stream::new(29, 0);
+    for _ in 0..400 {
+        let at = Vector3::new(stream.between(-RADIUS, RADIUS), stream.between(-RADIUS, RADIUS), 0.0);
+        let turning = at.cross(&Vector3::z());
+        let row = Vector6::new(turning.x, turning.y, turning.z, 0.0, 0.0, 1.0);
+        information += row * row.transpose();
+    }
+    Touch { information, support: 400.0, residual: 0.5 }
+}
+
+#[test]
+fn planes_that_slide_are_displaced_and_not_pulled_apart() {
+    let fate_of = |shift: [f64; 3]| {
+        let same = RigidTransform::identity();
+        let other = candidate(2, 0, RigidTransform::translation(shift[0], shift[1], shift[2]), Belief::Uncertain);
+        let candidates = [
+            candidate(1, 0, same, Belief::Believed),
+            candidate(2, 1, same, Belief::Believed),
+            Candidate { touch: flat_touch(), ..other },
+        ];
+        reconstruct(&nodes(3), &candidates, &NoContact, &Settings::new(1.0)).fates[2]
+    };
+    let slid = fate_of([20.0, 0.0, 0.0]);
+    assert!(matches!(slid, Fate::Displaced { displacement } if (displacement - 20.0).abs() < 0.1), "{slid:?}");
+    let apart = fate_of([0.0, 0.0, 20.0]);
+    assert!(matches!(apart, Fate::Contradicted { parting } if (parting - 20.0).abs() < 0.1), "{apart:?}");
+}

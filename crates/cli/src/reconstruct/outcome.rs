@@ -57,7 +57,8 @@ pub(super) struct PairLine {
     pub(super) target: String,
     pub(super) verdict: Verdict,
     pub(super) confidence: f64,
-    /// `kept`, `agrees`, `no-loop`, `outvoted`, `unsupported`, `contradicted`, `no-touch`.
+    /// `kept`, `agrees`, `no-loop`, `outvoted`, `unsupported`, `contradicted`, `displaced`,
+    /// `no-touch`.
     pub(super) fate: &'static str,
     pub(super) reason: String,
     #[serde(skip)]

@@ -16,6 +16,7 @@ pub(super) fn fate_name(fate: Option<&Fate>) -> &'static str {
         Some(Fate::Outvoted) => "outvoted",
         Some(Fate::Unsupported) => "unsupported",
         Some(Fate::Contradicted { .. }) => "contradicted",
+        Some(Fate::Displaced { .. }) => "displaced",
     }
 }
 
@@ -30,6 +31,12 @@ pub(super) fn fate_words(fate: Option<&Fate>, pr: f64) -> String {
         Some(Fate::Unsupported) => "not accepted, and too few others confirm it".to_owned(),
         Some(Fate::Contradicted { parting }) => {
             format!("the poses that the others agree on pull its surfaces apart by {:.1} pr", parting / pr)
+        }
+        Some(Fate::Displaced { displacement }) => {
+            format!(
+                "the poses that the others agree on slide its surfaces along each other by {:.1} pr",
+                displacement / pr
+            )
         }
     }
 }
