@@ -2,8 +2,8 @@
 
 use crate::reach::Reach;
 use crate::repeated::repeated;
-use crate::{Point, narrow};
-use nalgebra::Vector3;
+use crate::{Point, RigidTransform, narrow, wide};
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 /// Minimum number of points that one thread centres at a time.
@@ -23,6 +23,22 @@ pub struct RawScan {
     /// Names of the other data that the file has for each point, as far as its format names them: colours, intensities.
     /// The data are not kept.
     pub unread: Vec<String>,
+}
+
+impl RawScan {
+    /// Returns the same scan moved rigidly, including normals and viewpoint.
+    #[must_use]
+    pub fn moved(&self, motion: &RigidTransform) -> RawScan {
+        let placed = |&p: &[f64; 3]| (motion * Point3::from(p)).into();
+        let turned = |&n: &Point| narrow(&(motion.rotation * wide(n)));
+        RawScan {
+            points: self.points.iter().map(placed).collect(),
+            normals: self.normals.as_ref().map(|normals| normals.iter().map(turned).collect()),
+            triangles: self.triangles.clone(),
+            viewpoint: self.viewpoint.as_ref().map(placed),
+            unread: self.unread.clone(),
+        }
+    }
 }
 
 /// What was dropped when a scan was cleaned.
@@ -230,6 +246,23 @@ mod tests {
 
     fn cloud(points: &[[f64; 3]]) -> RawScan {
         RawScan { points: points.to_vec(), ..RawScan::default() }
+    }
+
+    #[test]
+    fn a_moved_scan_takes_along_all_that_it_has() {
+        let scan = RawScan {
+            normals: Some(vec![[1.0, 0.0, 0.0]; 3]),
+            triangles: vec![[0, 1, 2]],
+            viewpoint: Some([1.0, 0.0, 0.0]),
+            unread: vec!["red".to_owned()],
+            ..cloud(&[[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 1.0, 0.0]])
+        };
+        let quarter = RigidTransform::new(Vector3::new(0.0, 0.0, 5.0), Vector3::z() * std::f64::consts::FRAC_PI_2);
+        let moved = scan.moved(&quarter);
+        assert!((Vector3::from(moved.points[0]) - Vector3::new(0.0, 1.0, 5.0)).norm() < 1e-12);
+        assert!((wide(moved.normals.as_ref().unwrap()[0]) - Vector3::y()).norm() < 1e-6);
+        assert_eq!(moved.viewpoint, Some(moved.points[0]));
+        assert_eq!((moved.triangles, moved.unread), (scan.triangles, scan.unread));
     }
 
     #[test]

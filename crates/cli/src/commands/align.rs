@@ -217,15 +217,7 @@ pub(super) fn names_of(files: Pair<&Path>) -> Pair<String> {
 
 /// Writes a scan moved by a rigid motion, with everything that the format can hold.
 pub(super) fn write_moved(path: &Path, raw: &RawScan, motion: &RigidTransform) -> Result<()> {
-    let points: Vec<[f64; 3]> =
-        raw.points.iter().map(|p| (motion * nalgebra::Point3::from(*p)).coords.into()).collect();
-    let turned = |n: &[f32; 3]| congruent_geometry::narrow(&(motion.rotation * congruent_geometry::wide(*n)));
-    let normals: Option<Vec<_>> = raw.normals.as_ref().map(|normals| normals.iter().map(turned).collect());
-    let viewpoint = raw.viewpoint.map(|at| (motion * nalgebra::Point3::from(at)).coords.into());
-    let written = write_scan(
-        path,
-        &RawScan { points, normals, triangles: raw.triangles.clone(), viewpoint, ..RawScan::default() },
-    )?;
+    let written = write_scan(path, &raw.moved(motion))?;
     warn_of_losses(path, raw, &written);
     Ok(())
 }

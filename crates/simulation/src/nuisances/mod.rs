@@ -11,8 +11,7 @@ pub use decimate::decimate_uniform;
 pub use holes::cut_holes;
 
 use congruent_geometry::random::Stream;
-use congruent_geometry::{RawScan, RigidTransform, narrow, wide};
-use nalgebra::Point3;
+use congruent_geometry::{RawScan, RigidTransform};
 
 /// Adds independent normal noise of standard deviation `sigma` (data units) to x, y and z. Normals are unchanged.
 #[must_use]
@@ -60,17 +59,10 @@ pub fn keep_random(scan: &RawScan, share: f64, seed: u64) -> RawScan {
     only(scan, &keep)
 }
 
-/// Returns the same scan moved rigidly, including normals and viewpoint.
+/// Returns the same scan moved rigidly: [`RawScan::moved`], beside the other changes of a scan.
 #[must_use]
 pub fn moved(scan: &RawScan, motion: &RigidTransform) -> RawScan {
-    let turned = |n: &Vec<_>| n.iter().map(|&n| narrow(&(motion.rotation * wide(n)))).collect();
-    RawScan {
-        points: scan.points.iter().map(|&p| (motion * Point3::from(p)).into()).collect(),
-        normals: scan.normals.as_ref().map(turned),
-        triangles: scan.triangles.clone(),
-        viewpoint: scan.viewpoint.map(|v| (motion * Point3::from(v)).into()),
-        unread: scan.unread.clone(),
-    }
+    scan.moved(motion)
 }
 
 /// Returns the same scan in another unit: coordinates times `factor`, which should be above zero.
@@ -138,6 +130,7 @@ fn marked<T: Copy>(values: &[T], keep: &[bool]) -> Vec<T> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use congruent_geometry::wide;
     use nalgebra::Vector3;
 
     /// A flat random cloud over 10 × 10 units; the normal of each point holds its number.
