@@ -1,8 +1,7 @@
 //! From scans to their poses in one frame.
 
-use crate::{Conflict, Registered, Surfaces, proposals};
+use crate::{Conflict, Judged, Registered, Solved, Surfaces, proposals};
 use congruent_geometry::{RigidTransform, Scan};
-use congruent_multiway::{Candidate, Settings, reconstruct as solved};
 use congruent_pipeline::{Collection, DescribedScan, Pair, PipelineConfig, Prior, Registration, ScanSummary, Variant};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -24,6 +23,8 @@ pub struct Model {
     pub conflicts: Vec<Conflict>,
     /// The outcome of each pair, ordered by target, then by source, which is always the later scan.
     pub pairs: Vec<Registered>,
+    /// What became of each pose of each pair, in the order of the pairs.
+    pub proposals: Vec<Judged>,
 }
 
 /// Registers every pair of scans and puts all scans into one frame, as far as the pairs connect them.
@@ -65,18 +66,15 @@ pub fn reconstruct(scans: &[Scan], config: &PipelineConfig) -> Model {
         outcome(source, target, &found)
     };
     let pairs: Vec<Registered> = pairs.par_iter().map(registered).collect();
-    let pr = collection.resolution();
     let described = |at: usize| is_usable(&at).then(|| shelf.get(at, Variant::default()));
-    let surfaces = Surfaces::new(scans.len(), described, pr);
-    let candidates: Vec<Candidate> =
-        proposals(&pairs, &surfaces).into_iter().filter_map(|proposal| proposal.candidate).collect();
-    let result = solved(&surfaces.nodes(), &candidates, &surfaces, &Settings::new(pr));
+    let surfaces = Surfaces::new(scans.len(), described, collection.resolution());
+    let Solved { proposals, result, conflicts } = Solved::new(proposals(&pairs, &surfaces), &surfaces);
     let mut frame_from_scan = vec![RigidTransform::identity(); scans.len()];
     for members in &result.components {
         members.iter().for_each(|&at| frame_from_scan[at] = surfaces.in_files(&result, at, members[0]));
     }
-    let conflicts = surfaces.conflicts(&result);
-    Model { components: result.components, frame_from_scan, uncertainty: result.uncertainty, conflicts, pairs }
+    let (components, uncertainty) = (result.components, result.uncertainty);
+    Model { components, frame_from_scan, uncertainty, conflicts, pairs, proposals }
 }
 
 fn alone(n: usize) -> Model {
@@ -86,6 +84,7 @@ fn alone(n: usize) -> Model {
         uncertainty: vec![None; n],
         conflicts: Vec::new(),
         pairs: Vec::new(),
+        proposals: Vec::new(),
     }
 }
 

@@ -3,8 +3,9 @@
 
 use congruent_geometry::random::Stream;
 use congruent_geometry::{RawScan, RigidTransform, Scan, mean_displacement};
+use congruent_multiway::Fate;
 use congruent_pipeline::PipelineConfig;
-use congruent_reconstruction::{Model, reconstruct};
+use congruent_reconstruction::{Judged, Model, reconstruct};
 use congruent_simulation::Mesh;
 use congruent_simulation::nuisances::moved;
 use congruent_simulation::scanner::VirtualScanner;
@@ -41,6 +42,15 @@ fn four_looks_come_into_one_frame_and_a_stranger_stays_alone() {
         let spacing = scans[at].extent().max() / 110.0;
         assert!(off < spacing, "scan {at} is off by {off}, its points are some {spacing} apart");
     }
+    let proposed: usize = found.pairs.iter().map(|pair| pair.poses.len()).sum();
+    assert_eq!(found.proposals.len(), proposed);
+    let shows_the_stranger = |judged: &Judged| {
+        let pair = &found.pairs[judged.proposal.pair];
+        pair.source == 2 || pair.target == 2
+    };
+    let kept = |judged: &&Judged| judged.fate == Some(Fate::Kept);
+    assert!(found.proposals.iter().filter(kept).count() >= 3);
+    assert!(!found.proposals.iter().filter(kept).any(shows_the_stranger));
     let alone = model(&scans, 1);
     assert_eq!((found.frame_from_scan, found.pairs), (alone.frame_from_scan, alone.pairs));
 }

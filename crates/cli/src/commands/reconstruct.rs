@@ -5,9 +5,8 @@ use crate::batch::{self, Ended, Input};
 use crate::output;
 use crate::reconstruct::{self, Pairs};
 use anyhow::{Result, bail};
-use congruent_multiway::{Settings, reconstruct as solved};
 use congruent_pipeline::Variant;
-use congruent_reconstruction::{Surfaces, proposals};
+use congruent_reconstruction::{Solved, Surfaces, proposals};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -36,16 +35,15 @@ fn reconstructed(args: &ReconstructArgs, ended: &Ended<'_>) -> Result<ExitCode> 
     let Some(collection) = &ended.survey.collection else {
         bail!("{}: no scan there can be used; see {}", args.folder.display(), args.output.display());
     };
-    let pr = collection.resolution();
     let described = |at: usize| ended.survey.described(ended.input, ended.cache, at, Variant::default()).ok();
-    let surfaces = Surfaces::new(ended.input.scans.len(), described, pr);
+    let surfaces = Surfaces::new(ended.input.scans.len(), described, collection.resolution());
     let (ids, registered) = reconstruct::registered(ended);
     let proposals = proposals(&registered, &surfaces);
-    let candidates: Vec<_> = proposals.iter().filter_map(|p| p.candidate.clone()).collect();
-    output::remark(&format!("{} poses between scans that touch; solving for all scans", candidates.len()));
-    let result = solved(&surfaces.nodes(), &candidates, &surfaces, &Settings::new(pr));
-    let pairs = Pairs { ids: &ids, registered: &registered, proposals: &proposals };
-    let outcome = reconstruct::Outcome::new(ended, &result, &pairs, &surfaces, pr);
+    let touching = proposals.iter().filter(|proposal| proposal.candidate.is_some()).count();
+    output::remark(&format!("{touching} poses between scans that touch; solving for all scans"));
+    let solved = Solved::new(proposals, &surfaces);
+    let pairs = Pairs { ids: &ids, registered: &registered };
+    let outcome = reconstruct::Outcome::new(ended, &solved, &pairs, &surfaces, collection.resolution());
     reconstruct::write(args, ended, &outcome, &surfaces)?;
     output::data(&if args.json { outcome.json() } else { outcome.text(&args.output) })?;
     Ok(if outcome.is_complete() && outcome.is_consistent() { ExitCode::SUCCESS } else { ExitCode::from(DOUBTFUL) })

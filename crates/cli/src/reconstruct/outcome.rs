@@ -5,7 +5,7 @@ use crate::batch::Ended;
 use congruent_geometry::{RigidTransform, to_rows};
 use congruent_multiway::{Edge, Fate, Reconstruction, Touch};
 use congruent_pipeline::Verdict;
-use congruent_reconstruction::{Conflict, Proposal, Registered, Surfaces};
+use congruent_reconstruction::{Conflict, Judged, Registered, Solved, Surfaces};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -91,18 +91,17 @@ pub(super) struct ConflictLine {
     pub(super) ends: [usize; 2],
 }
 
-/// The registered pairs, and the poses that they propose.
+/// The registered pairs.
 pub(crate) struct Pairs<'a> {
     /// Ids of the rows.
     pub(crate) ids: &'a [String],
     pub(crate) registered: &'a [Registered],
-    pub(crate) proposals: &'a [Proposal],
 }
 
 impl Outcome {
     pub(crate) fn new(
         ended: &Ended<'_>,
-        result: &Reconstruction,
+        Solved { proposals, result, conflicts }: &Solved,
         pairs: &Pairs<'_>,
         surfaces: &Surfaces,
         pr: f64,
@@ -119,15 +118,14 @@ impl Outcome {
                 ends: [edge.source, edge.target],
             })
             .collect();
-        let conflict = |Conflict { scans, overlap, floating }: Conflict| ConflictLine {
+        let conflict = |&Conflict { scans, overlap, floating }: &Conflict| ConflictLine {
             scans: scans.map(name),
             overlap,
             floating,
             ends: scans,
         };
-        let mut fates = result.fates.iter();
-        let mut pair = |proposal: &Proposal| {
-            let fate = proposal.candidate.as_ref().and_then(|_| fates.next());
+        let pair = |Judged { proposal, fate }: &Judged| {
+            let fate = fate.as_ref();
             let Registered { source, target, verdict, .. } = pairs.registered[proposal.pair];
             PairLine {
                 source: name(source),
@@ -141,7 +139,6 @@ impl Outcome {
                 confidence: proposal.confidence,
             }
         };
-        let pairs = pairs.proposals.iter().map(&mut pair).collect();
         let touching = touching(&contacts);
         let components: Vec<&Vec<usize>> = result.components.iter().filter(|members| members.len() > 1).collect();
         let scans = (0..ended.input.scans.len())
@@ -166,10 +163,10 @@ impl Outcome {
             resolution: pr,
             components: components.iter().map(|members| members.iter().map(|&at| name(at)).collect()).collect(),
             scans,
-            pairs,
+            pairs: proposals.iter().map(pair).collect(),
             refined: result.refined,
             contacts,
-            conflicts: surfaces.conflicts(result).into_iter().map(conflict).collect(),
+            conflicts: conflicts.iter().map(conflict).collect(),
             edges: result.edges.clone(),
         }
     }
