@@ -100,6 +100,13 @@ fn two_objects_are_two_components_and_a_broken_scan_is_named() {
     let all: usize = objects[1].scans.iter().map(Vec::len).sum();
     assert!(model.points.len() > 50 && model.points.len() < all, "{} of {all}", model.points.len());
     assert!(!out.path().join("model-3.ply").exists());
+
+    // As if an earlier result had placed the broken scan, in a component of its own.
+    let earlier = ["broken.xf", "model-3.ply"].map(|name| out.path().join(name));
+    earlier.iter().for_each(|path| std::fs::write(path, "earlier").unwrap());
+    let resumed = reconstruct(folder.path(), out.path(), &["--resume"]);
+    assert_eq!((json(&resumed)["components"].clone(), resumed.status.code()), (result["components"].clone(), Some(1)));
+    assert!(!earlier.iter().any(|path| path.exists()) && out.path().join("dog2.xf").exists());
 }
 
 #[test]

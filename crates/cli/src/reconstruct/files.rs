@@ -5,24 +5,29 @@ use super::outcome::{Outcome, ScanLine};
 use super::page::page;
 use crate::args::ReconstructArgs;
 use crate::batch::Ended;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use congruent_geometry::{RigidTransform, to_rows};
 use congruent_io::{csv_line, write_file, write_pose};
 use congruent_multiway::Edge;
 use congruent_reconstruction::Surfaces;
 use nalgebra::{Matrix6, Vector3};
 use std::fmt::Write;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 const POSES: &str = "poses.csv";
 const GRAPH: &str = "graph.g2o";
 const PAGE: &str = "report.html";
 
-/// Writes everything except the rows, which are already there.
+/// Writes everything except the rows, which are already there. What an earlier result leaves without a meaning is
+/// removed.
 pub(crate) fn write(args: &ReconstructArgs, ended: &Ended<'_>, outcome: &Outcome, surfaces: &Surfaces) -> Result<()> {
     let folder = &args.output;
-    write_file(&folder.join(POSES), poses_csv(&outcome.scans).as_bytes())?;
     let names = pose_names(&outcome.scans);
+    if folder.join(POSES).exists() {
+        remove(folder, &outdated(&outcome.scans, &names, outcome.components.len()))?;
+    }
+    write_file(&folder.join(POSES), poses_csv(&outcome.scans).as_bytes())?;
     for (scan, name) in outcome.scans.iter().zip(&names) {
         if let Some(pose) = &scan.frame_from_file {
             write_pose(&folder.join(name), pose)?;
@@ -38,7 +43,36 @@ pub(crate) fn write(args: &ReconstructArgs, ended: &Ended<'_>, outcome: &Outcome
             .filter(|(_, scan)| scan.component == Some(number))
             .filter_map(|(at, scan)| Some((at, ended.input.scans[at].path.clone(), scan.frame_from_file?)))
             .collect();
-        model::write(&folder.join(format!("model-{number}.ply")), &scans, ended.input.reading, args.voxel)?;
+        model::write(&folder.join(model_name(number)), &scans, ended.input.reading, args.voxel)?;
+    }
+    Ok(())
+}
+
+/// Returns the name of the cloud of a component, which is counted from one.
+fn model_name(component: usize) -> String {
+    format!("model-{component}.ply")
+}
+
+/// Returns the names of the files that an earlier result may have written and this one does not: poses of scans that
+/// have none now, and models beyond the last component.
+fn outdated(scans: &[ScanLine], names: &[String], n_components: usize) -> Vec<String> {
+    let without_pose = scans.iter().zip(names).filter(|(scan, _)| scan.frame_from_file.is_none());
+    // A component has at least two scans.
+    let models = (n_components + 1..=scans.len() / 2).map(model_name);
+    without_pose.map(|(_, name)| name.clone()).chain(models).collect()
+}
+
+/// Removes files, as far as they exist.
+fn remove(folder: &Path, names: &[String]) -> Result<()> {
+    for path in names.iter().map(|name| folder.join(name)) {
+        match std::fs::remove_file(&path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => {
+                return Err(error).with_context(|| {
+                    format!("{}: belongs to an earlier result and cannot be removed; remove it", path.display())
+                });
+            }
+            _ => {}
+        }
     }
     Ok(())
 }
@@ -157,9 +191,8 @@ mod tests {
         assert!((theirs - ours).abs() < 1e-3 * ours, "{theirs} {ours}");
     }
 
-    #[test]
-    fn scans_of_one_name_keep_their_endings() {
-        let scan = |name: &str| ScanLine {
+    fn scan(name: &str) -> ScanLine {
+        ScanLine {
             scan: name.to_owned(),
             component: None,
             frame_from_scan: None,
@@ -168,7 +201,23 @@ mod tests {
             overlap: 0.0,
             problem: Some("broken, quite".to_owned()),
             frame_from_file: None,
-        };
+        }
+    }
+
+    #[test]
+    fn only_what_an_earlier_result_wrote_is_removed() {
+        let placed = |name| ScanLine { frame_from_file: Some(RigidTransform::identity()), ..scan(name) };
+        let scans = [placed("a.ply"), placed("b.ply"), scan("c.ply"), scan("d.ply"), scan("e.ply")];
+        let folder = tempfile::tempdir().unwrap();
+        let (stay, go) = (["a.xf", "b.xf", "f.xf", "model-1.ply", "model-3.ply"], ["c.xf", "e.xf", "model-2.ply"]);
+        stay.iter().chain(&go).for_each(|name| std::fs::write(folder.path().join(name), "").unwrap());
+        remove(folder.path(), &outdated(&scans, &pose_names(&scans), 1)).unwrap();
+        let exists = |name: &&str| folder.path().join(name).exists();
+        assert!(stay.iter().all(exists) && !go.iter().any(exists));
+    }
+
+    #[test]
+    fn scans_of_one_name_keep_their_endings() {
         let scans = [scan("a.ply"), scan("b.ply"), scan("a.obj")];
         assert_eq!(pose_names(&scans), ["a.ply.xf", "b.xf", "a.obj.xf"]);
         let scenes = ["one/cloud.ply", "two/cloud.ply", "../cloud.ply", "one_cloud.ply", "one:cloud.ply"].map(scan);
