@@ -1,10 +1,11 @@
 //! The rows of an evaluation on disk: written as they are made, and found again after an interruption.
 
 use crate::journal::{Journal, read_rows};
+use crate::outputs::create_folder;
 use anyhow::{Context, Result};
 use congruent_evaluation::{PairRow, Status};
 use congruent_io::csv_line;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Not `pairs.csv`: that is the ground truth of a data set, and results may be written beside it.
 const JSONL: &str = "results.jsonl";
@@ -20,12 +21,17 @@ impl EvaluationRows {
     /// Opens the rows of a directory to add rows of a configuration. Rows of this configuration with an error are
     /// removed, so that their pairs are tried again.
     pub(crate) fn open(directory: &Path, configuration: &str) -> Result<EvaluationRows> {
-        std::fs::create_dir_all(directory).with_context(|| format!("{}: cannot be created", directory.display()))?;
+        create_folder(directory)?;
         let path = directory.join(JSONL);
         let mut rows: Vec<PairRow> = if path.exists() { read_rows(&path)? } else { Vec::new() };
         rows.retain(|row| row.configuration != configuration || row.status != Status::Error);
         let journal = Journal::begin(&path, &rows, "run it again")?;
         Ok(EvaluationRows { rows, journal })
+    }
+
+    /// Returns the files that it writes.
+    pub(crate) fn files(directory: &Path) -> [PathBuf; 2] {
+        [JSONL, CSV].map(|name| directory.join(name))
     }
 
     /// Reads the rows of a directory.

@@ -1,12 +1,14 @@
 //! Where results may be written: not over an input, not twice to the same file, and not into a folder that does not
 //! exist.
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Refuses, before any work is done, outputs that could not be written or would destroy something.
 pub(crate) fn check(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
-    let mut taken: Vec<PathBuf> = Vec::new();
+    let inputs: BTreeSet<PathBuf> = inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
+    let mut taken = BTreeSet::new();
     for output in outputs {
         let shown = output.display();
         if output.is_dir() {
@@ -19,15 +21,22 @@ pub(crate) fn check(inputs: &[&Path], outputs: &[&Path]) -> Result<()> {
         let Some(place) = place(output) else {
             bail!("{shown}: cannot be written, because its folder does not exist; create it");
         };
-        if inputs.iter().any(|input| input.canonicalize().is_ok_and(|input| input == place)) {
+        if inputs.contains(&place) {
             bail!("{shown}: is also an input, and would be replaced by the result; choose another name");
         }
-        if taken.contains(&place) {
+        if !taken.insert(place) {
             bail!("{shown}: two results would be written to it; choose another name for one of them");
         }
-        taken.push(place);
     }
     Ok(())
+}
+
+/// Makes a folder for results, unless it exists.
+pub(crate) fn create_folder(folder: &Path) -> Result<()> {
+    if folder.is_file() {
+        bail!("{}: is a file; give a folder", folder.display());
+    }
+    std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot be created", folder.display()))
 }
 
 /// Returns one name for all paths that lead to the same file; `None` if its folder does not exist.

@@ -85,6 +85,32 @@ fn a_stopped_evaluation_resumes_and_pairs_with_a_bad_file_are_rows() {
 }
 
 #[test]
+fn results_replace_neither_the_data_set_nor_each_other_and_need_a_folder() {
+    let bench = Bench::new();
+    let (data, truth, out) = (bench.data(), bench.path("data/pairs.csv"), bench.path("out"));
+    let list = fs::read_to_string(&truth).unwrap();
+    let pair = list.lines().nth(1).unwrap().split(',').take(2).collect::<Vec<_>>().join(",");
+    let (table, claims, nowhere) =
+        (bench.path("out/results.csv"), bench.path("out/claims.md"), bench.path("no/x.html"));
+    let scan = bench.path("data/scans/g000_v1.ply");
+    for (arguments, expected) in [
+        (vec!["evaluate", &data, "--show", &pair, "--report", &truth], "is also an input"),
+        (vec!["evaluate", &data, "--pairs", "1", "-o", &out, "--report", &scan], "is also an input"),
+        (vec!["evaluate", &data, "-o", &out, "--report", &table], "two results"),
+        (vec!["evaluate", &data, "-o", &out, "--figures", &truth], "is a file; give a folder"),
+        (vec!["experiment", "inliers", &data, "-o", &out, "--report", &claims], "two results"),
+        (vec!["experiment", "inliers", &data, "-o", &out, "--report", &nowhere], "folder does not exist"),
+        (vec!["experiment", "inliers", &data, "-o", &truth], "is a file; give a folder"),
+    ] {
+        let output = congruent(&arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(text(&output.stderr).contains(expected) && output.stdout.is_empty(), "{}", text(&output.stderr));
+    }
+    assert_eq!(fs::read_to_string(&truth).unwrap(), list);
+    assert_eq!(fs::read_dir(&out).unwrap().count(), 0, "nothing was measured");
+}
+
+#[test]
 fn spoilt_scans_are_judged_as_they_came() {
     let bench = Bench::new();
     let spoilt = bench.evaluate("out", &["--pairs", "2", "--spoil", "strays=0.2", "--spoil", "noise=0.2"]);

@@ -163,6 +163,10 @@ fn results_are_written_where_they_were_wanted() {
 fn nothing_is_written_over_what_is_read() {
     let (folder, _) = demo();
     let (source, target, new) = (path(&folder, "source.ply"), path(&folder, "target.ply"), path(&folder, "new.json"));
+    let (truth, stages) = (path(&folder, "truth.txt"), path(&folder, "stages"));
+    let (keypoints, pool) = (path(&folder, "stages/source-keypoints.csv"), path(&folder, "stages/pool.csv"));
+    std::fs::create_dir(&stages).unwrap();
+    std::fs::write(&keypoints, "x,y,z\n0,0,0\n").unwrap();
     let before = std::fs::read(&target).unwrap();
     for (arguments, expected) in [
         (vec!["align", &source, &target, "-o", &target], "--write-aligned"),
@@ -172,12 +176,23 @@ fn nothing_is_written_over_what_is_read() {
         (vec!["keypoints", &target, "-o", &target], "is also an input"),
         (vec!["convert", &target, &target], "is also an input"),
         (vec!["align", &source, &target, "--write-aligned", "moved"], "not supported for writing"),
+        (vec!["align", &source, &target, "--save-stages", &target], "is a file; give a folder"),
+        (vec!["align", &keypoints, &target, "--save-stages", &stages], "is also an input"),
+        (vec!["align", &source, &target, "--save-stages", &stages, "-o", &pool], "two results"),
+        (vec!["refine", &source, &target, "--init", &truth, "-o", &truth], "is also an input"),
     ] {
         let output = congruent(&arguments);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");
         assert!(stderr(&output).contains(expected) && stdout(&output).is_empty(), "{}", stderr(&output));
     }
     assert!(std::fs::read(&target).unwrap() == before && !Path::new(&new).exists());
+    assert_eq!(std::fs::read_to_string(&keypoints).unwrap(), "x,y,z\n0,0,0\n");
+    // A demo may replace an earlier one, but no scans of one's own.
+    let own = TempDir::new().unwrap();
+    std::fs::copy(&source, own.path().join("target.ply")).unwrap();
+    let again = congruent(&["demo", own.path().to_str().unwrap()]);
+    assert!(again.status.code() == Some(2) && stderr(&again).contains("target.ply: is not from"), "{}", stderr(&again));
+    assert_eq!(std::fs::read_dir(own.path()).unwrap().count(), 1);
     // A simulated data set may replace itself, but no other one.
     let set = path(&folder, "set");
     let simulate = |pairs: &str| congruent(&["simulate", "bmr-like", &set, "--pairs", pairs]).status.code();

@@ -82,6 +82,7 @@ mod tests {
 
     fn dataset(name: &str) -> Dataset {
         let pair = TruePair {
+            id: None,
             source: "source".to_owned(),
             target: "target".to_owned(),
             place: String::new(),
@@ -90,7 +91,14 @@ mod tests {
             overlap: None,
             target_from_source: RigidTransform::identity(),
         };
-        Dataset { name: name.to_owned(), pairs: vec![pair], warnings: Vec::new(), broken: Vec::new(), min_overlap: 0.0 }
+        Dataset {
+            name: name.to_owned(),
+            pairs: vec![pair],
+            warnings: Vec::new(),
+            broken: Vec::new(),
+            read_from: Vec::new(),
+            min_overlap: 0.0,
+        }
     }
 
     #[test]

@@ -148,7 +148,14 @@ mod tests {
     }
 
     fn dataset(pairs: Vec<TruePair>) -> Dataset {
-        Dataset { name: "set".to_owned(), pairs, warnings: Vec::new(), broken: Vec::new(), min_overlap: 0.0 }
+        Dataset {
+            name: "set".to_owned(),
+            pairs,
+            warnings: Vec::new(),
+            broken: Vec::new(),
+            read_from: Vec::new(),
+            min_overlap: 0.0,
+        }
     }
 
     #[test]

@@ -60,7 +60,14 @@ mod tests {
             target_from_source: RigidTransform::identity(),
         };
         let pairs = pairs.iter().map(pair).collect();
-        Dataset { name: name.to_owned(), pairs, warnings: Vec::new(), broken: Vec::new(), min_overlap: 0.0 }
+        Dataset {
+            name: name.to_owned(),
+            pairs,
+            warnings: Vec::new(),
+            broken: Vec::new(),
+            read_from: Vec::new(),
+            min_overlap: 0.0,
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! `congruent align`: two scans in, one pose out.
 
 use super::convert::warn_of_losses;
-use super::stages::save;
+use super::stages::{save, saved_files};
 use super::{Loaded, Reading, load_as};
 use crate::args::{AlignArgs, ReadingArgs, ResultArgs, RunArgs, ViewpointArgs};
 use crate::guess::prior;
@@ -23,7 +23,11 @@ pub(super) const NOT_REGISTERED: u8 = 1;
 pub(super) fn run(args: &AlignArgs) -> Result<ExitCode> {
     let prior = prior(&args.prior)?;
     let files = Pair { source: args.source.as_path(), target: args.target.as_path() };
-    args.output.check(files)?;
+    let stages = args.save_stages.as_deref();
+    stages.map_or(Ok(()), outputs::create_folder)?;
+    let saved = stages.map_or(Ok(Vec::new()), saved_files)?;
+    let inputs: Vec<&Path> = [files.source, files.target].into_iter().chain(args.prior.init.as_deref()).collect();
+    args.output.check(&inputs, &saved)?;
     let registering: Registering<'_> = &|scans, config, observe| register_traced(scans, &prior, config, observe);
     let mut aligned = align(
         files,
@@ -33,7 +37,7 @@ pub(super) fn run(args: &AlignArgs) -> Result<ExitCode> {
         registering,
     )?;
     let code = aligned.put(files, &args.output)?;
-    if let Some(directory) = &args.save_stages {
+    if let Some(directory) = stages {
         let trace = std::mem::take(&mut aligned.trace);
         save(directory, trace, aligned.scans.as_ref())?;
     }
@@ -68,15 +72,15 @@ pub(super) enum RawSource {
 }
 
 impl ResultArgs {
-    /// Refuses output files that cannot be written as requested.
-    pub(super) fn check(&self, files: Pair<&Path>) -> Result<()> {
+    /// Refuses output files that cannot be written as requested. `more` are the other files that the command writes.
+    pub(super) fn check(&self, inputs: &[&Path], more: &[PathBuf]) -> Result<()> {
         if let Some(path) = self.output.as_deref().filter(|path| check_scan_name(path).is_ok_and(|()| !is_pose(path))) {
             bail!("{}: -o writes the result, not a scan; use --write-aligned for the moved source", path.display());
         }
         self.write_aligned.as_deref().map_or(Ok(()), check_scan_name)?;
-        let wanted: Vec<&Path> =
-            [&self.output, &self.write_aligned, &self.report].into_iter().flatten().map(PathBuf::as_path).collect();
-        outputs::check(&[files.source, files.target], &wanted)
+        let own = [&self.output, &self.write_aligned, &self.report].into_iter().flatten();
+        let wanted: Vec<&Path> = own.chain(more).map(PathBuf::as_path).collect();
+        outputs::check(inputs, &wanted)
     }
 }
 

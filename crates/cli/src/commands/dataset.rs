@@ -8,6 +8,7 @@ use anyhow::{Result, bail};
 use congruent_evaluation::GroundTruth;
 use congruent_io::{Dataset, TruePair, read_dataset};
 use congruent_pipeline::Pair;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Pairs of a data set.
@@ -16,6 +17,8 @@ pub(super) struct Selected {
     pub(super) pairs: Vec<TruePair>,
     /// Number of pairs whose ground truth cannot be used.
     broken: usize,
+    /// All its files: description, ground truth, and the scans of all pairs, also of those that were not asked for.
+    files: BTreeSet<PathBuf>,
 }
 
 impl Selected {
@@ -23,6 +26,11 @@ impl Selected {
     pub(super) fn is_whole(&self) -> bool {
         self.broken == 0
     }
+}
+
+/// Returns all files of data sets, over which no result may be written.
+pub(super) fn files_of(selected: &[Selected]) -> Vec<&Path> {
+    selected.iter().flat_map(|set| &set.files).map(PathBuf::as_path).collect()
 }
 
 /// Returns the names of data sets, for a title.
@@ -62,8 +70,10 @@ pub(super) fn select(args: &DatasetArgs) -> Result<Vec<Selected>> {
 }
 
 fn select_one(path: &Path, data: Option<&Path>, args: &DatasetArgs) -> Result<Selected> {
-    let Dataset { name, pairs, broken, .. } = listed_pairs(path, data, args.min_overlap)?;
-    Ok(Selected { name, pairs: spread(pairs, args.pairs), broken: broken.len() })
+    let Dataset { name, pairs, broken, read_from, .. } = listed_pairs(path, data, args.min_overlap)?;
+    let scans = pairs.iter().flat_map(|pair| [&pair.source_file, &pair.target_file]);
+    let files = read_from.iter().chain(scans).cloned().collect();
+    Ok(Selected { name, pairs: spread(pairs, args.pairs), broken: broken.len(), files })
 }
 
 /// Returns a data set with the pairs that overlap enough: as much as it demands itself, unless another limit is given.

@@ -1,13 +1,13 @@
 //! `congruent evaluate`: registers every pair of a data set and scores the result.
 
-use super::dataset::{Selected, names_of, select};
+use super::dataset::{Selected, files_of, names_of, select};
 use super::pages::write_pages;
 use super::{Loaded, load, show};
 use crate::args::EvaluateArgs;
 use crate::evaluation_rows::EvaluationRows;
 use crate::fingerprint::fingerprint;
 use crate::progress::Bar;
-use crate::{configuration, output};
+use crate::{configuration, output, outputs};
 use anyhow::{Context, Result, bail};
 use congruent_evaluation::experiment::Nuisance;
 use congruent_evaluation::{GroundTruth, PairRow, Status, Summary, mcnemar_of};
@@ -24,6 +24,7 @@ const RUNNING_D_RMSE: f64 = 2.5;
 /// The configuration of the last run; its first line has this prefix and names the rows that belong to it.
 const CONFIG: &str = "config.toml";
 const ROWS_ARE: &str = "# configuration of rows: ";
+const SUMMARY: &str = "summary.txt";
 /// Exit code if some pairs had a file or a ground truth that could not be used.
 const SOME_ERRORS: u8 = 1;
 
@@ -46,6 +47,10 @@ fn run_into(args: &EvaluateArgs, directory: &Path) -> Result<ExitCode> {
     };
     let selected = select(&args.dataset)?;
     let other = args.compare.as_deref().map(latest).transpose()?;
+    outputs::create_folder(directory)?;
+    let mut results = EvaluationRows::files(directory).to_vec();
+    results.extend([CONFIG, SUMMARY].map(|name| directory.join(name)));
+    args.page.check(&files_of(&selected), &results)?;
     let mut rows = EvaluationRows::open(directory, &configuration)?;
     let config_file = directory.join(CONFIG);
     congruent_io::write_file(&config_file, format!("{ROWS_ARE}{configuration}\n{text}").as_bytes())?;
@@ -67,7 +72,7 @@ fn run_into(args: &EvaluateArgs, directory: &Path) -> Result<ExitCode> {
     if let (Some(other), Some(earlier)) = (other, &args.compare) {
         summary += &format!("\nagainst {}: {}", earlier.display(), mcnemar_of(&ours, &other));
     }
-    congruent_io::write_file(&directory.join("summary.txt"), summary.as_bytes())?;
+    congruent_io::write_file(&directory.join(SUMMARY), summary.as_bytes())?;
     output::data(summary.trim_end())?;
     let version = env!("CARGO_PKG_VERSION");
     write_pages(

@@ -1,10 +1,10 @@
 //! `congruent experiment`: the tables and figures of the paper on data sets.
 
-use super::dataset::{Selected, names_of, select};
+use super::dataset::{Selected, files_of, names_of, select};
 use super::pages::write_pages;
 use crate::args::{ExperimentArgs, RunArgs};
 use crate::progress::Bar;
-use crate::{configuration, output};
+use crate::{configuration, output, outputs};
 use anyhow::{Context, Result, anyhow, bail};
 use congruent_evaluation::experiment::claims::{Counts, claims, claims_table};
 use congruent_evaluation::experiment::{Measured, Plan, Request, SETTINGS_READ, Shows, Tally, Variant, run_pair};
@@ -30,6 +30,8 @@ pub(crate) const PLANS: [(&str, &str); 10] = [
 ];
 /// The preset on which the experiments are based, unless another one is named.
 const PRESET: &str = "paper";
+/// Which of the paper's claims hold.
+const CLAIMS: &str = "claims.md";
 /// Exit code if some pairs or some lines of the ground truth could not be used.
 const SOME_ERRORS: u8 = 1;
 
@@ -40,7 +42,11 @@ pub(super) fn run(args: &ExperimentArgs) -> Result<ExitCode> {
         experiments.push(Experiment::new(name, plan, variants));
     }
     let selected = select(&args.dataset)?;
-    std::fs::create_dir_all(&args.output).with_context(|| format!("{}: cannot be created", args.output.display()))?;
+    outputs::create_folder(&args.output)?;
+    let plan_file = Path::new(&args.experiment);
+    let results: Vec<PathBuf> =
+        experiments.iter().flat_map(|e| e.files(&args.output)).chain([args.output.join(CLAIMS)]).collect();
+    args.page.check(&[files_of(&selected), vec![plan_file]].concat(), &results)?;
     measure(&mut experiments, &selected);
     let mut texts = Vec::new();
     for experiment in &experiments {
@@ -195,16 +201,21 @@ impl Experiment {
         self.tally.add(dataset, measured);
     }
 
+    /// Returns where it writes the counts, the rows of pairs, and the tables to be read.
+    fn files(&self, output: &Path) -> [PathBuf; 3] {
+        [".csv", "-pairs.csv", ".md"].map(|ending| output.join(format!("{}{ending}", self.name)))
+    }
+
     /// Writes the files and returns the tables.
     fn write(&self, output: &Path) -> Result<String> {
         let mut text = self.tally.markdown(&self.plan);
         if !self.left_out.is_empty() {
             text += &format!("\n## Pairs left out\n\n* {}\n", self.left_out.join("\n* "));
         }
-        let name = &self.name;
-        write_file(&output.join(format!("{name}.csv")), self.tally.csv(&self.plan).as_bytes())?;
-        write_file(&output.join(format!("{name}-pairs.csv")), self.rows.as_bytes())?;
-        write_file(&output.join(format!("{name}.md")), text.as_bytes())?;
+        let [table, pairs, tables] = self.files(output);
+        write_file(&table, self.tally.csv(&self.plan).as_bytes())?;
+        write_file(&pairs, self.rows.as_bytes())?;
+        write_file(&tables, text.as_bytes())?;
         Ok(text)
     }
 }
@@ -244,7 +255,7 @@ fn write_claims(experiments: &[Experiment], output: &Path) -> Result<Option<Stri
         return Ok(None);
     }
     let text = claims_table(&claims);
-    write_file(&output.join("claims.md"), text.as_bytes())?;
+    write_file(&output.join(CLAIMS), text.as_bytes())?;
     Ok(Some(text))
 }
 

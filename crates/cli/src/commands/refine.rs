@@ -11,7 +11,7 @@ pub(super) fn run(args: &RefineArgs) -> Result<ExitCode> {
     let start = Guess::new(level_pose(&args.init, &args.level)?);
     let up = up(&args.level);
     let files = Pair { source: args.source.as_path(), target: args.target.as_path() };
-    args.output.check(files)?;
+    args.output.check(&[files.source, files.target, args.init.as_path()], &[])?;
     let refined = align(
         files,
         readings(&args.viewpoints, args.reading),

@@ -1,7 +1,7 @@
 //! `congruent evaluate --show`: one pair of a data set, in 3D, with the errors of all points against the truth.
 
 use super::align::{RawSource, align, names_of, unbounded};
-use super::dataset::select;
+use super::dataset::{files_of, select};
 use crate::args::{EvaluateArgs, RunArgs};
 use crate::output;
 use anyhow::{Context, Result, bail};
@@ -13,6 +13,7 @@ use std::process::ExitCode;
 pub(super) fn run(args: &EvaluateArgs, wanted: &str) -> Result<ExitCode> {
     let path = args.page.report.as_ref().context("--show needs --report FILE for its page")?;
     let selected = select(&args.dataset)?;
+    args.page.check(&files_of(&selected), &[])?;
     let pairs: Vec<&TruePair> = selected.iter().flat_map(|set| &set.pairs).collect();
     let pair = find(&pairs, wanted)?;
     let files = Pair { source: pair.source_file.as_path(), target: pair.target_file.as_path() };

@@ -141,9 +141,26 @@ pub(super) fn read_keypoints(path: &Path, single: &Single) -> Result<Vec<u32>> {
     Ok(points)
 }
 
-/// Writes what the stages produced, as files that the stage commands read.
+const MATCHES: &str = "matches.csv";
+const POOL: &str = "pool.csv";
+
+/// Returns where the keypoints and the descriptors of a scan are saved.
+fn files_of_scan(directory: &Path, side: &str) -> [PathBuf; 2] {
+    ["keypoints.csv", "features.npy"].map(|file| directory.join(format!("{side}-{file}")))
+}
+
+/// Returns the files that [`save`] writes.
+pub(super) fn saved_files(directory: &Path) -> Result<Vec<PathBuf>> {
+    let mut files = vec![directory.join(MATCHES), directory.join(POOL)];
+    for side in ["source", "target"] {
+        let [keypoints, features] = files_of_scan(directory, side);
+        files.extend([keypoints, sibling(&features)?, features]);
+    }
+    Ok(files)
+}
+
+/// Writes what the stages produced, as files that the stage commands read. The directory must exist.
 pub(super) fn save(directory: &Path, trace: Trace, scans: Pair<&Scan>) -> Result<()> {
-    std::fs::create_dir_all(directory).with_context(|| format!("{}: cannot be created", directory.display()))?;
     let Some(surfaces) = trace.surfaces else {
         output::remark(&format!("{}: nothing to write, because the scans could not be sampled", directory.display()));
         return Ok(());
@@ -151,13 +168,14 @@ pub(super) fn save(directory: &Path, trace: Trace, scans: Pair<&Scan>) -> Result
     let matches = match_rows(&trace.matches, &trace.features, &surfaces, &scans);
     let sides = [("source", scans.source), ("target", scans.target)];
     let of_each = surfaces.as_ref().zip(trace.keypoints.as_ref()).zip(trace.features);
-    for ((name, scan), ((surface, keypoints), features)) in sides.into_iter().zip([of_each.source, of_each.target]) {
+    for ((side, scan), ((surface, keypoints), features)) in sides.into_iter().zip([of_each.source, of_each.target]) {
         let rows = keypoint_rows(surface, keypoints, scan.origin());
-        put(Some(&directory.join(format!("{name}-keypoints.csv"))), &keypoints_csv(&rows))?;
-        Described::new(features, surface, scan.origin()).write(&directory.join(format!("{name}-features.npy")))?;
+        let [keypoints_file, features_file] = files_of_scan(directory, side);
+        put(Some(&keypoints_file), &keypoints_csv(&rows))?;
+        Described::new(features, surface, scan.origin()).write(&features_file)?;
     }
-    put(Some(&directory.join("matches.csv")), &matches_csv(&matches))?;
-    put(Some(&directory.join("pool.csv")), &poses_csv(&pose_rows(&trace.pool, &scans)))
+    put(Some(&directory.join(MATCHES)), &matches_csv(&matches))?;
+    put(Some(&directory.join(POOL)), &poses_csv(&pose_rows(&trace.pool, &scans)))
 }
 
 fn match_rows(

@@ -33,6 +33,8 @@ pub struct Dataset {
     pub warnings: Vec<String>,
     /// Pairs whose truth cannot be used: a message for each, with file and line.
     pub broken: Vec<String>,
+    /// The files that it was read from: its description, if it has one, and its ground truth.
+    pub read_from: Vec<PathBuf>,
     /// Pairs that share less than this belong to the data set only where somebody asks for them.
     pub min_overlap: f64,
 }
@@ -73,12 +75,13 @@ pub fn read_dataset(path: &Path, data: Option<&Path>) -> Result<Dataset, IoError
     };
     let root = data.unwrap_or_else(|| if path.is_dir() { path } else { path.parent().unwrap_or(Path::new("")) });
     let min_overlap = about.pairs.min_overlap;
-    let mut dataset =
-        Dataset { name: about.name.clone(), pairs: vec![], warnings: vec![], broken: vec![], min_overlap };
+    let (name, read_from) = (about.name.clone(), description.exists().then_some(description).into_iter().collect());
+    let mut dataset = Dataset { name, pairs: vec![], warnings: vec![], broken: vec![], read_from, min_overlap };
     let scenes = if about.scenes.is_empty() { vec![None] } else { about.scenes.iter().map(Some).collect() };
     let mut first_fault = None;
     for scene in scenes {
         let layout = Layout::new(&about, root, scene.map(String::as_str));
+        dataset.read_from.extend(layout.files());
         let listed = layout.listed(&about.truth).unwrap_or_else(|error| vec![Err(error)]);
         for truth in listed {
             match truth {
@@ -124,6 +127,14 @@ impl Layout {
             TruthFormat::XfFolder => xf_folder::read_pairs(place, &about.names)?,
             TruthFormat::XfViews => xf_folder::read_views(place, &about.names)?,
         })
+    }
+
+    /// The files of the truth.
+    fn files(&self) -> Vec<PathBuf> {
+        if self.truth.is_dir() {
+            return xf_folder::files(&self.truth).unwrap_or_default();
+        }
+        vec![self.truth.clone()]
     }
 
     /// What a scan or a pair is called among all scenes.

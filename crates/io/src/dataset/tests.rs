@@ -26,6 +26,7 @@ fn a_plain_folder_is_a_data_set() {
     assert_eq!(pair.source_file, folder.path().join("scans/b.ply"));
     let image = pair.target_from_source * nalgebra_point(1.0, 0.0, 0.0);
     assert!((image.coords - nalgebra_point(4.0, 6.0, 6.0).coords).norm() < 1e-12);
+    assert_eq!(dataset.read_from, [folder.path().join("pairs.csv")]);
     assert!(dataset.warnings.is_empty() && dataset.name == folder.path().file_name().unwrap().to_str().unwrap());
 }
 
@@ -41,6 +42,7 @@ fn a_description_says_where_things_are_and_which_way_the_truth_maps() {
     let data = folder(&[("truth.txt", "a.ply b.ply 1 0 0 3 0 1 0 0 0 0 1 0 0 0 0 1\n")]);
     let dataset = read_dataset(described.path(), Some(data.path())).unwrap();
     assert_eq!(dataset.name, "set");
+    assert_eq!(dataset.read_from, [described.path().join("dataset.toml"), data.path().join("truth.txt")]);
     assert_eq!(dataset.pairs[0].target_file, data.path().join("ply/b.ply"));
     assert_eq!(dataset.pairs[0].target_from_source.translation.vector.x, -3.0);
     let missing = read_dataset(described.path(), None).unwrap_err().to_string();

@@ -21,7 +21,8 @@ pub(super) fn read_views(folder: &Path, names: &str) -> Result<Listed<IoError>, 
     Ok(all_pairs(files(folder)?.iter().map(view)))
 }
 
-fn files(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
+/// The matrices in a folder, in the order of their names.
+pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
     let refused = |reason| IoError::Read { path: folder.to_owned(), reason };
     let entries = std::fs::read_dir(folder).map_err(refused)?;
     let mut files: Vec<PathBuf> = entries.map(|entry| Ok(entry?.path())).collect::<Result<_, _>>().map_err(refused)?;
