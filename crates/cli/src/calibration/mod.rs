@@ -191,6 +191,7 @@ mod tests {
             pairs: Vec::new(),
             warnings: Vec::new(),
             broken: Vec::new(),
+            read_from: Vec::new(),
             min_overlap: 0.0,
         };
         let datasets = ["bunny", "kinect", "chef"].map(dataset);
