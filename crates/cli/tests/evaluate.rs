@@ -194,8 +194,8 @@ fn a_truth_with_bad_lines_is_said_and_the_rest_is_evaluated() {
     let output = bench.evaluate("out", &[]);
     let (said, summary) = (text(&output.stderr), text(&output.stdout));
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.contains("pairs.csv: line 2: `NaN` is not a finite number"), "{said}");
-    assert!(said.contains("pairs.csv: line 3: the upper left 3x3 part is farther than"), "{said}");
+    assert!(said.contains("pairs.csv: line 2: `NaN` in the column `tx` is not a finite number"), "{said}");
+    assert!(said.contains("pairs.csv: line 3: the true pose: the upper left 3x3 part is farther than"), "{said}");
     assert!(summary.starts_with("1 pairs scored, 1 not evaluable, 1 with errors"), "{summary}");
     let rows = bench.rows("out");
     let why = rows[0]["error"].as_str().unwrap();

@@ -178,7 +178,7 @@ fn nothing_is_written_over_what_is_read() {
         (vec!["align", &source, &target, "--write-aligned", "moved"], "not supported for writing"),
         (vec!["align", &source, &target, "--save-stages", &target], "is a file; give a folder"),
         (vec!["align", &keypoints, &target, "--save-stages", &stages], "is also an input"),
-        (vec!["align", &source, &target, "--save-stages", &stages, "-o", &pool], "two results"),
+        (vec!["align", &source, &target, "--save-stages", &stages, "--report", &pool], "two results"),
         (vec!["refine", &source, &target, "--init", &truth, "-o", &truth], "is also an input"),
     ] {
         let output = congruent(&arguments);

@@ -34,14 +34,14 @@ pub use neighbors::{
 };
 pub use normals::{Neighborhood, Orientation, Oriented, OuterSum, PointNormal, SortedEigen};
 pub use normals::{estimate_normals, orient, sorted_eigen, vertex_normals};
-pub use resolution::{Resolution, resolution, resolution_at, resolution_sampled};
+pub use resolution::{Resolution, Spacings, resolution, resolution_at, resolution_sampled};
 pub use roughness::roughness;
 pub use scan::{Dropped, RawScan, Scan, ScanError};
 pub use spare::Spare;
 pub use strays::without_strays;
 pub use surface::Surface;
 pub use transform::{RigidTransform, angle_between, from_rows, mean_displacement, to_rows, uncentred};
-pub use view::{View, ViewKind, estimate_view};
+pub use view::{Turning, View, ViewKind, estimate_view, view_of_turning};
 pub use voxel::{Sample, most_central, voxel_centroids, voxel_count};
 
 /// A point or a normal as stored: three `f32` values, in centred coordinates.

@@ -3,7 +3,7 @@
 use crate::neighbors::blocks::{Block, LANES};
 use crate::neighbors::{lesser, nearest_others_sq};
 use crate::random::Stream;
-use crate::{NeighborIndex, OrderedPoints, Point};
+use crate::{NeighborIndex, OrderedPoints, Point, Turning};
 use multiversion::multiversion;
 use rayon::prelude::*;
 
@@ -54,7 +54,39 @@ pub fn resolution_at(points: &[Point], index: &NeighborIndex, queries: usize) ->
 /// Measures a cloud as `resolution_at` does, without an index; for few queries this is cheaper than building one.
 #[must_use]
 pub fn resolution_sampled(points: &[Point], queries: usize) -> Option<Resolution> {
-    measured(nearest_others_sq(points, &drawn(points.len(), queries)), points.len() <= queries)
+    Spacings::sampled(points, queries).resolution()
+}
+
+/// How far some points of a cloud are from their nearest other points.
+pub struct Spacings<'a> {
+    points: &'a [Point],
+    /// Positions of the points that were measured.
+    asked: Vec<u32>,
+    /// Squared, in that order; infinite if there is no other point.
+    distances_sq: Vec<f32>,
+}
+
+impl<'a> Spacings<'a> {
+    /// Measures at `queries` points drawn uniformly (at all of them if there are no more).
+    #[must_use]
+    pub fn sampled(points: &'a [Point], queries: usize) -> Self {
+        let asked = drawn(points.len(), queries);
+        let distances_sq = nearest_others_sq(points, &asked);
+        Spacings { points, asked, distances_sq }
+    }
+
+    /// Returns the resolution; `None` for fewer than two distinct points.
+    #[must_use]
+    pub fn resolution(&self) -> Option<Resolution> {
+        measured(self.distances_sq.clone(), self.points.len() <= self.asked.len())
+    }
+
+    /// Returns the place of a scanner that turned in equal steps, if the spacings give it away.
+    #[must_use]
+    pub fn turning(&self) -> Option<Turning> {
+        let measured = self.asked.iter().zip(&self.distances_sq);
+        Turning::of(measured.map(|(&i, &distance_sq)| (self.points[i as usize], distance_sq)))
+    }
 }
 
 fn drawn(n: usize, queries: usize) -> Vec<u32> {

@@ -52,6 +52,7 @@ fn normals_are_pcls() {
             &Vector3::zeros(),
             &index,
             tables::resolution(),
+            None,
             &mut ours,
         );
         let pcls: Vec<[f32; 4]> = tables::rows(&format!("normals{k}.f32"));

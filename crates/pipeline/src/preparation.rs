@@ -3,9 +3,8 @@
 use crate::config::{BudgetConfig, NeighborhoodConfig};
 use crate::{Failure, NormalSource, NormalsConfig, SamplingConfig, Strays};
 use congruent_geometry::{
-    NeighborIndex, Neighborhood, Orientation, Oriented, Point, Resolution, Sample, Scan, Surface, estimate_normals,
-    orient, resolution, resolution_at, resolution_sampled, vertex_normals, voxel_centroids, voxel_count,
-    without_strays,
+    NeighborIndex, Neighborhood, Orientation, Oriented, Point, Resolution, Sample, Scan, Spacings, Surface, Turning,
+    estimate_normals, orient, resolution, resolution_at, vertex_normals, voxel_centroids, voxel_count, without_strays,
 };
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -37,6 +36,8 @@ pub(crate) struct Cloud {
     origin: Vector3<f64>,
     /// Position of the scanner, if it is known; centred.
     viewpoint: Option<Vector3<f64>>,
+    /// The scanner, if it turned in equal steps and the points before thinning give it away.
+    turning: Option<Turning>,
     index: NeighborIndex,
     resolution: f64,
 }
@@ -46,6 +47,7 @@ struct Measured<'a> {
     /// A new scan if strays were left out.
     scan: Cow<'a, Scan>,
     resolution: f64,
+    turning: Option<Turning>,
 }
 
 /// Thins all scans with the same grid; there must be at least one.
@@ -73,8 +75,8 @@ pub(crate) fn sample(scans: &[&Scan], config: &SamplingConfig, normals: NormalSo
             (thin(leaf), Some(leaf / 2.0))
         }
     };
-    let parts: Vec<(Sample, &Scan)> = samples.into_iter().zip(scans.iter().copied()).collect();
-    let clouds: Vec<_> = parts.into_par_iter().map(|(sample, scan)| Cloud::new(sample, scan, queries)).collect();
+    let parts: Vec<(Sample, &Measured<'_>)> = samples.into_iter().zip(&measured).collect();
+    let clouds: Vec<_> = parts.into_par_iter().map(|(sample, of)| Cloud::new(sample, of, queries)).collect();
     // The failure of the first scan in the list, not the one that occurred first.
     let clouds = clouds.into_iter().collect::<Result<Vec<Cloud>, Failure>>()?;
     let resolution = unit.unwrap_or_else(|| mean(&clouds.iter().map(|cloud| cloud.resolution).collect::<Vec<_>>()));
@@ -107,24 +109,28 @@ fn mean(values: &[f64]) -> f64 {
 
 impl<'a> Measured<'a> {
     fn new(scan: &'a Scan, queries: usize, strays: Strays) -> Self {
-        let measured = raw_resolution(scan, queries);
-        let cleaned = if strays == Strays::Dropped { without_strays(scan, &measured) } else { None };
+        let (resolution, turning) = spacings(scan, queries);
+        let cleaned = if strays == Strays::Dropped { without_strays(scan, &resolution) } else { None };
         match cleaned {
             Some(cleaned) => {
-                let resolution = raw_resolution(&cleaned, queries).mean;
-                Measured { scan: Cow::Owned(cleaned), resolution }
+                let (resolution, turning) = spacings(&cleaned, queries);
+                Measured { scan: Cow::Owned(cleaned), resolution: resolution.mean, turning }
             }
-            None => Measured { scan: Cow::Borrowed(scan), resolution: measured.mean },
+            None => Measured { scan: Cow::Borrowed(scan), resolution: resolution.mean, turning },
         }
     }
 }
 
-fn raw_resolution(scan: &Scan, queries: usize) -> Resolution {
-    let measured = match queries {
-        usize::MAX => resolution(scan.points(), &NeighborIndex::new(scan.points())),
-        _ => resolution_sampled(scan.points(), queries),
+/// Returns the resolution and, if few points are measured, the scanner that the spacings give away.
+fn spacings(scan: &Scan, queries: usize) -> (Resolution, Option<Turning>) {
+    let (measured, turning) = match queries {
+        usize::MAX => (resolution(scan.points(), &NeighborIndex::new(scan.points())), None),
+        _ => {
+            let spacings = Spacings::sampled(scan.points(), queries);
+            (spacings.resolution(), spacings.turning())
+        }
     };
-    measured.expect("a scan has three distinct points")
+    (measured.expect("a scan has three distinct points"), turning)
 }
 
 fn whole(scan: &Scan, normals: Option<Vec<Point>>) -> Sample {
@@ -145,12 +151,13 @@ fn within_budget(budget: &BudgetConfig, raw_resolution: f64, count: impl Fn(f64)
 }
 
 impl Cloud {
-    fn new(sample: Sample, scan: &Scan, queries: usize) -> Result<Cloud, Failure> {
+    fn new(sample: Sample, of: &Measured<'_>, queries: usize) -> Result<Cloud, Failure> {
+        let scan = of.scan.as_ref();
         let index = NeighborIndex::new(&sample.points);
         match resolution_at(&sample.points, &index, queries) {
             Some(resolution) if sample.points.len() >= 3 => {
-                let (origin, viewpoint) = (*scan.origin(), scan.viewpoint());
-                Ok(Cloud { sample, origin, viewpoint, index, resolution: resolution.mean })
+                let (origin, viewpoint, turning) = (*scan.origin(), scan.viewpoint(), of.turning.clone());
+                Ok(Cloud { sample, origin, viewpoint, turning, index, resolution: resolution.mean })
             }
             _ => Err(Failure::FewPoints { left: sample.points.len(), of: scan.points().len() }),
         }
@@ -172,7 +179,8 @@ impl Cloud {
             (Orientation::Estimated {}, Some(known)) => Orientation::Viewpoint { at: (known + self.origin).into() },
             (policy, _) => policy,
         };
-        let oriented = orient(policy, &points, &self.origin, &self.index, resolution, &mut normals);
+        let oriented =
+            orient(policy, &points, &self.origin, &self.index, resolution, self.turning.as_ref(), &mut normals);
         for (normal, given) in normals.iter_mut().zip(self.sample.normals.iter().flatten()) {
             if *given != [0.0; 3] {
                 *normal = *given;

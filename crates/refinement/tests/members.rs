@@ -22,7 +22,7 @@ fn sheet(height: impl Fn(f64, f64) -> f64, seed: u64, noise: f64) -> Surface {
     let index = NeighborIndex::new(&points);
     let mut normals: Vec<Point> =
         estimate_normals(&points, &index, Neighborhood::Nearest(20)).iter().map(|n| n.normal).collect();
-    orient(Orientation::Viewpoint { at: [0.0, 0.0, 1e4] }, &points, &Vector3::zeros(), &index, 1.0, &mut normals);
+    orient(Orientation::Viewpoint { at: [0.0, 0.0, 1e4] }, &points, &Vector3::zeros(), &index, 1.0, None, &mut normals);
     Surface::new(points, normals, index, 1.0)
 }
 

@@ -1,7 +1,7 @@
 //! The sign of the normals: which side of the surface is the outside.
 
 use crate::view::face;
-use crate::{Neighbor, NeighborIndex, Point, ViewKind, estimate_view, wide};
+use crate::{Neighbor, NeighborIndex, Point, Turning, ViewKind, estimate_view, view_of_turning, wide};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -48,13 +48,15 @@ pub struct Oriented {
 /// Turns each normal to the side that the policy determines. Zero normals stay zero.
 ///
 /// `origin` is what was subtracted from the file's coordinates to get `points`; `unit` is the working length, about
-/// half the distance between neighbours (used only to estimate the viewpoint).
+/// half the distance between neighbours (used only to estimate the viewpoint). `turning` is the scanner of the points
+/// before they were thinned, if it turned in equal steps; a viewpoint that is to be estimated follows from it.
 pub fn orient(
     policy: Orientation,
     points: &[Point],
     origin: &Vector3<f64>,
     index: &NeighborIndex,
     unit: f64,
+    turning: Option<&Turning>,
     normals: &mut [Point],
 ) -> Oriented {
     match policy {
@@ -75,7 +77,10 @@ pub fn orient(
             Oriented { viewpoint: None, kind: None, sure: false }
         }
         Orientation::Estimated {} => {
-            let view = estimate_view(points, normals, index, unit);
+            let view = match turning {
+                Some(turning) => view_of_turning(points, normals, index, unit, turning),
+                None => estimate_view(points, normals, index, unit),
+            };
             if view.kind == ViewKind::Closed {
                 propagate(points, index, normals);
                 return Oriented { viewpoint: None, kind: Some(view.kind), sure: false };
@@ -160,7 +165,15 @@ mod tests {
     #[test]
     fn propagation_finds_the_outside_of_every_part() {
         let (points, outward, mut normals) = two_spheres();
-        orient(Orientation::Propagate {}, &points, &Vector3::zeros(), &NeighborIndex::new(&points), 1.0, &mut normals);
+        orient(
+            Orientation::Propagate {},
+            &points,
+            &Vector3::zeros(),
+            &NeighborIndex::new(&points),
+            1.0,
+            None,
+            &mut normals,
+        );
         assert_eq!(normals, outward);
     }
 
@@ -176,6 +189,7 @@ mod tests {
                 &Vector3::new(0.0, 0.0, 1000.0),
                 &index,
                 1.0,
+                None,
                 &mut normals,
             );
             assert_eq!(normals[0][2], expected);
@@ -186,7 +200,15 @@ mod tests {
     fn outward_points_away_from_the_middle() {
         let points = [[1.0f32, 0.0, 0.0], [-1.0, 0.0, 0.0]];
         let mut normals = [[-1.0f32, 0.0, 0.0], [-1.0, 0.0, 0.0]];
-        orient(Orientation::Outward {}, &points, &Vector3::zeros(), &NeighborIndex::new(&points), 1.0, &mut normals);
+        orient(
+            Orientation::Outward {},
+            &points,
+            &Vector3::zeros(),
+            &NeighborIndex::new(&points),
+            1.0,
+            None,
+            &mut normals,
+        );
         assert_eq!(normals, [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]);
     }
 }

@@ -15,6 +15,8 @@ const RINGS: [f64; 3] = [0.14, 0.08, 0.04];
 const NEAR_DISTANCES: [f64; 8] = [0.15, 0.35, 0.6, 0.9, 1.3, 1.8, 2.5, 4.0];
 const NEAR_DIRECTIONS: usize = 48;
 const NEAR_STEPS: usize = 80;
+/// Weight of torn edges and hidden points against the logarithm of what the spacings leave unexplained.
+const UNCLEAR: f64 = 8.0;
 /// Maximum numbers of directions, of near viewpoints and of queried points that one thread takes at a time.
 const DIRECTIONS_AT_A_TIME: usize = 2;
 const VIEWPOINTS_AT_A_TIME: usize = 8;
@@ -222,17 +224,13 @@ impl<'a> Cloud<'a> {
         let around = NEAR_DISTANCES.iter().flat_map(|z| sphere(NEAR_DIRECTIONS).map(move |d| d * *z));
         let candidates: Vec<Vector3<f64>> =
             std::iter::once(Vector3::zeros()).chain(around).map(|offset| self.middle + offset * self.radius).collect();
-        let spare = Spare::default();
-        let cost_of = |viewpoint: &Vector3<f64>| spare.with(|workplace| self.near_cost(workplace, viewpoint));
-        let parts = candidates.par_iter().with_max_len(VIEWPOINTS_AT_A_TIME);
-        let costs: Vec<f64> = parts.map(cost_of).collect();
-        let first = (0..costs.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0);
-        let (mut best, mut cost) = (candidates[first], costs[first]);
+        let (mut best, mut cost) = self.least(&candidates, |workplace, viewpoint| self.near_cost(workplace, viewpoint));
+        let mut workplace = Workplace::default();
         let mut step = 0.3 * (0.5 * self.radius).max((best - self.middle).norm());
         let mut stream = Stream::new(3, 0);
         for round in 1..=NEAR_STEPS {
             let trial = best + step * Vector3::from_fn(|_, _| stream.normal());
-            let trial_cost = cost_of(&trial);
+            let trial_cost = self.near_cost(&mut workplace, &trial);
             if trial_cost < cost {
                 (best, cost) = (trial, trial_cost);
             } else if round % 20 == 0 {
@@ -242,7 +240,33 @@ impl<'a> Cloud<'a> {
         (best, cost)
     }
 
+    /// Returns the viewpoint from which least is torn and hidden, given what else speaks against each; the first of
+    /// equals. There must be one.
+    pub(super) fn clearest(&self, viewpoints: &[(Vector3<f64>, f64)]) -> Vector3<f64> {
+        let cost = |workplace: &mut Workplace, (viewpoint, against): &(Vector3<f64>, f64)| {
+            let (torn, hidden, _) = self.near_terms(workplace, viewpoint);
+            against + UNCLEAR * (torn + hidden)
+        };
+        self.least(viewpoints, cost).0.0
+    }
+
+    /// Returns the viewpoint of least cost, the first of equals, and its cost; there must be one.
+    fn least<V: Copy + Sync>(&self, viewpoints: &[V], cost: impl Fn(&mut Workplace, &V) -> f64 + Sync) -> (V, f64) {
+        let spare = Spare::default();
+        let cost_of = |viewpoint: &V| spare.with(|workplace| cost(workplace, viewpoint));
+        let parts = viewpoints.par_iter().with_max_len(VIEWPOINTS_AT_A_TIME);
+        let costs: Vec<f64> = parts.map(cost_of).collect();
+        let first = (0..costs.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).expect("at least one viewpoint");
+        (viewpoints[first], costs[first])
+    }
+
     fn near_cost(&self, workplace: &mut Workplace, viewpoint: &Vector3<f64>) -> f64 {
+        let (torn, hidden, facing) = self.near_terms(workplace, viewpoint);
+        torn + 0.2 * hidden - 0.1 * facing
+    }
+
+    /// Returns, seen from a near viewpoint, the fractions of torn edges and of hidden points, and the mean |n·d|.
+    fn near_terms(&self, workplace: &mut Workplace, viewpoint: &Vector3<f64>) -> (f64, f64, f64) {
         let (n, viewpoint) = (self.few[0].len(), narrow(viewpoint));
         workplace.resize(n, self.normals.len());
         let Workplace { sides, cosines, pixels, depths, .. } = workplace;
@@ -252,7 +276,7 @@ impl<'a> Cloud<'a> {
         let facing = mean(&cosines[..n]);
         let far = (12.0 * self.unit) as f32;
         let hidden = workplace.hidden(dome::PIXELS, |distance, front| distance > 1.25 * front + far);
-        torn + 0.2 * hidden - 0.1 * facing
+        (torn, hidden, facing)
     }
 }
 

@@ -9,12 +9,15 @@
 mod cloud;
 mod dome;
 mod screen;
+mod turning;
 
 use crate::flatness::{MOSTLY_FLAT, flatness};
 use crate::normals::propagate;
 use crate::{NeighborIndex, Point, narrow, wide};
-use cloud::Cloud;
+use cloud::{Cloud, sphere};
 use nalgebra::Vector3;
+
+pub use turning::Turning;
 
 /// Upper bounds of the fractions of torn edges and of hidden points of a scan seen from one side (measured on 92
 /// scans).
@@ -32,6 +35,10 @@ const MUCH_HIDDEN: f64 = 0.25;
 const CLOSED_BULGE: f64 = 0.2;
 /// Number of points at which the flatness is measured.
 const FLATNESS_AT: usize = 600;
+/// Distances of the places that are tried around that of a turning scanner, in units of the distance of the nearest tenth
+/// of the points, and the number of directions.
+const TURNING_OFFSETS: [f64; 5] = [0.1, 0.2, 0.35, 0.6, 1.0];
+const TURNING_DIRECTIONS: usize = 60;
 /// Distance of the far viewpoint of a scan seen from one side, in radii of the cloud.
 const FAR: f64 = 30.0;
 
@@ -86,6 +93,22 @@ pub fn estimate_view(points: &[Point], normals: &[Point], index: &NeighborIndex,
         _ => ViewKind::Near,
     };
     View { kind, viewpoint, sure: is_outside && kind == ViewKind::Near }
+}
+
+/// Determines the viewpoint of a scan whose scanner turned in equal steps: of the places that explain the spacings, the
+/// one that explains the surface best. The points may be thinned; `unit` is their working length.
+#[must_use]
+pub fn view_of_turning(
+    points: &[Point],
+    normals: &[Point],
+    index: &NeighborIndex,
+    unit: f64,
+    turning: &Turning,
+) -> View {
+    let cloud = Cloud::new(points, normals, index, unit);
+    let around = TURNING_OFFSETS.iter().flat_map(|length| sphere(TURNING_DIRECTIONS).map(move |d| d * *length));
+    let viewpoint = cloud.clearest(&turning.places(around));
+    View { kind: ViewKind::Near, viewpoint, sure: true }
 }
 
 /// Returns whether the surface is mostly planes: a corner of a room is, turned inside out, the corner of a box.

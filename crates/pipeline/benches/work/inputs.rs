@@ -130,7 +130,7 @@ fn surface(points: Vec<Point>, neighborhood: Neighborhood) -> Result<Surface, Bo
 fn surface_of(points: Vec<Point>, neighborhood: Neighborhood, pr: f64) -> Surface {
     let index = NeighborIndex::new(&points);
     let mut normals: Vec<Point> = estimate_normals(&points, &index, neighborhood).iter().map(|n| n.normal).collect();
-    orient(Orientation::Estimated {}, &points, &Vector3::zeros(), &index, pr, &mut normals);
+    orient(Orientation::Estimated {}, &points, &Vector3::zeros(), &index, pr, None, &mut normals);
     Surface::new(points, normals, index, pr)
 }
 

@@ -85,7 +85,7 @@ fn orientation(inputs: &Inputs) -> usize {
     let surface = &inputs.thinned;
     let mut normals: Vec<Point> = surface.normals().to_vec();
     let (origin, pr) = (Vector3::zeros(), surface.resolution());
-    orient(Orientation::Estimated {}, surface.points(), &origin, surface.index(), pr, &mut normals);
+    orient(Orientation::Estimated {}, surface.points(), &origin, surface.index(), pr, None, &mut normals);
     normals.len()
 }
 
