@@ -4,6 +4,8 @@
 const SAMPLED: usize = 1000;
 /// Fraction of the points set aside at each end of each axis; the width is measured between them.
 const ENDS: f64 = 0.05;
+/// Minimum number of distinct places among the sampled points; with fewer it is unknown where the scan is.
+const FEWEST_PLACES: usize = 20;
 /// Number of widths beyond that range at which a scan ends. Scans of streets and fields with a scanner in their midst
 /// reach some five; a coordinate of −9999 next to an object measured in millimetres, fifty or more.
 const WIDTHS: f64 = 50.0;
@@ -15,12 +17,19 @@ pub(crate) struct Reach {
 }
 
 impl Reach {
-    /// Returns the reach of `n` finite points; infinite where most of them coincide.
+    /// Returns the reach of `n` finite points; infinite where nearly all of them coincide. However many points are at
+    /// one place, it counts once: a scan may have the coordinates of "nothing was measured" in a third of its pixels.
     pub(crate) fn of<'a>(points: impl Iterator<Item = &'a [f64; 3]>, n: usize) -> Reach {
-        let sample: Vec<[f64; 3]> = points.step_by(n.div_ceil(SAMPLED).max(1)).copied().collect();
+        let mut sample: Vec<[f64; 3]> = points.step_by(n.div_ceil(SAMPLED).max(1)).copied().collect();
+        sample.sort_unstable_by(|a, b| {
+            let by_axis = |axis: usize| a[axis].total_cmp(&b[axis]);
+            by_axis(0).then_with(|| by_axis(1)).then_with(|| by_axis(2))
+        });
+        sample.dedup();
         let ends: [Option<(f64, f64)>; 3] = std::array::from_fn(|axis| inner(sample.iter().map(|p| p[axis]).collect()));
         let width = ends.iter().flatten().map(|(low, high)| high - low).fold(0.0, f64::max);
-        let margin = if width > 0.0 { WIDTHS * width } else { f64::INFINITY };
+        let is_known = sample.len() >= FEWEST_PLACES && width > 0.0;
+        let margin = if is_known { WIDTHS * width } else { f64::INFINITY };
         Reach {
             low: ends.map(|ends| ends.map_or(f64::NEG_INFINITY, |(low, _)| low - margin)),
             high: ends.map(|ends| ends.map_or(f64::INFINITY, |(_, high)| high + margin)),
@@ -59,6 +68,19 @@ mod tests {
         let reach = reach(&points);
         let beyond: Vec<usize> = (0..points.len()).filter(|&i| !reach.holds(&points[i])).collect();
         assert_eq!(beyond, [77]);
+    }
+
+    #[test]
+    fn a_place_that_many_points_share_counts_once() {
+        let mut stream = Stream::new(2, 0);
+        let scan: Vec<[f64; 3]> = (0..7000).map(|_| std::array::from_fn(|_| stream.between(-0.1, 0.1))).collect();
+        for n_unmeasured in [400, 3000, 100_000] {
+            let unmeasured = vec![[-9999.0; 3]; n_unmeasured];
+            for points in [[scan.clone(), unmeasured.clone()].concat(), [unmeasured, scan.clone()].concat()] {
+                let reach = reach(&points);
+                assert!(scan.iter().all(|p| reach.holds(p)) && !reach.holds(&[-9999.0; 3]), "{n_unmeasured}");
+            }
+        }
     }
 
     #[test]

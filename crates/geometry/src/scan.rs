@@ -300,13 +300,16 @@ mod tests {
 
     #[test]
     fn a_place_that_stands_for_nothing_measured_moves_no_point_of_the_scan() {
-        let mut points: Vec<[f64; 3]> =
+        let points: Vec<[f64; 3]> =
             (0..900).map(|i| [f64::from(i % 30) * 1e-3, f64::from(i / 30) * 1e-3, 1.0]).collect();
         let clean = Scan::new(&cloud(&points)).unwrap();
-        points.insert(17, [-9999.0; 3]);
-        let scan = Scan::new(&cloud(&points)).unwrap();
-        assert_eq!(scan.dropped(), Dropped { far: 1, ..Dropped::default() });
-        assert_eq!((scan.points(), scan.origin()), (clean.points(), clean.origin()));
+        for n_unmeasured in [1, 400] {
+            let mut with_unmeasured = points.clone();
+            with_unmeasured.splice(17..17, vec![[-9999.0; 3]; n_unmeasured]);
+            let scan = Scan::new(&cloud(&with_unmeasured)).unwrap();
+            assert_eq!(scan.dropped(), Dropped { far: n_unmeasured, ..Dropped::default() });
+            assert_eq!((scan.points(), scan.origin()), (clean.points(), clean.origin()));
+        }
     }
 
     #[test]
