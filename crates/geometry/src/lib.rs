@@ -5,6 +5,7 @@
 
 mod bounds;
 mod coarse_mesh;
+mod distant;
 mod fit;
 mod flatness;
 pub mod lanes;

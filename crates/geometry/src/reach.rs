@@ -43,7 +43,7 @@ impl Reach {
 }
 
 /// Returns the range that remains between the two ends; all of it if there are few values.
-fn inner(mut values: Vec<f64>) -> Option<(f64, f64)> {
+pub(crate) fn inner(mut values: Vec<f64>) -> Option<(f64, f64)> {
     let last = values.len().checked_sub(1)?;
     let aside = (last as f64 * ENDS) as usize;
     let mut at = |place: usize| *values.select_nth_unstable_by(place, f64::total_cmp).1;

@@ -1,5 +1,7 @@
-//! Strays: isolated points from dust, reflections, and what a scanner sees along an edge.
+//! Strays: isolated points from dust, reflections, and what a scanner sees along an edge; and all that is far from the
+//! scan.
 
+use crate::distant::belonging;
 use crate::{OrderedPoints, Resolution, Scan};
 use rayon::prelude::*;
 
@@ -15,14 +17,22 @@ const MANY: f64 = 0.5;
 /// surfaces it is about a third to a half.
 const LONELY: f64 = 0.7;
 
-/// Returns the scan without its strays; `None` if there are hardly any, or if they are most of it.
+/// Returns the scan without its strays; `None` if there are hardly any isolated ones and no distant ones, or if they are
+/// too much of it.
 ///
-/// A stray has fewer than eight other points within five spacings, the spacing being the median distance between
+/// An isolated stray has fewer than eight other points within five spacings, the spacing being the median distance between
 /// nearest neighbours, which strays hardly change. In a scan whose density falls off with distance, many points are
 /// like that, too; but strays are also lonely: the nearest other point of most of them is more than three spacings
-/// away. `measured` is the resolution of the scan.
+/// away. A distant stray is farther from the scan than the scan is wide, alone or with others; a single one would make
+/// the box around the scan, in which grids are laid, a hundred times as large. `measured` is the resolution of the scan.
 #[must_use]
 pub fn without_strays(scan: &Scan, measured: &Resolution) -> Option<Scan> {
+    let connected = without_isolated(scan, measured);
+    let left = connected.as_ref().unwrap_or(scan);
+    belonging(left.points()).map(|kept| left.only(&kept)).or(connected)
+}
+
+fn without_isolated(scan: &Scan, measured: &Resolution) -> Option<Scan> {
     if measured.lonely < FEW {
         return None;
     }
@@ -68,6 +78,19 @@ mod tests {
             assert_eq!(of_bowl(cleaned.points()), 10_000);
             assert!(cleaned.points().len() < 10_000 + n_strays / 5, "{} are left", cleaned.points().len());
             assert_eq!((cleaned.origin(), cleaned.triangles()), (scan.origin(), &[[0, 1, 100]][..]));
+        }
+    }
+
+    #[test]
+    fn what_is_distant_goes_however_few_are_isolated() {
+        for n_strays in [0, 1000] {
+            let mut points: Vec<[f64; 3]> = bowl_and_dust(n_strays).points().iter().map(|p| p.map(f64::from)).collect();
+            // A patch, whose points are not isolated, and a single point on the other side.
+            points.extend((0..200).map(|i| [30.0, 30.0 + f64::from(i % 20) / 50.0, 30.0 + f64::from(i / 20) / 50.0]));
+            points.push([-40.0; 3]);
+            let cleaned = cleaned(&Scan::new(&RawScan { points, ..RawScan::default() }).unwrap()).unwrap();
+            assert!(cleaned.extent().max() < 4.0);
+            assert!((10_000..=10_000 + n_strays / 5).contains(&cleaned.points().len()), "{}", cleaned.points().len());
         }
     }
 

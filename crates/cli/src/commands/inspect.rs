@@ -20,7 +20,7 @@ struct Inspection {
     dropped_non_finite: usize,
     dropped_duplicates: usize,
     dropped_far: usize,
-    /// Isolated points, which would be left out with `strays = "dropped"`.
+    /// Isolated and distant points, which would be left out with `strays = "dropped"`.
     strays: usize,
     extent: [f64; 3],
     /// Centre of the bounding box, file coordinates.

@@ -34,7 +34,7 @@ pub struct BudgetConfig {
     /// Maximum number of points that remain, as a mean over the two scans; at least eight.
     #[serde(deserialize_with = "most_points")]
     pub max_points: usize,
-    /// How isolated points are treated.
+    /// How isolated and distant points are treated.
     pub strays: Strays,
 }
 
@@ -54,13 +54,14 @@ pub(super) fn most_points_or_none<'de, D: Deserializer<'de>>(from: D) -> Result<
     most_points(from).map(Some)
 }
 
-/// How strays are treated: isolated points from dust, reflections, and what a scanner sees along an edge.
+/// How strays are treated: isolated points from dust, reflections, and what a scanner sees along an edge; and points far
+/// from the scan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Strays {
     /// They are kept.
     Kept,
-    /// They are removed if there are many: see [`without_strays`](congruent_geometry::without_strays).
+    /// Isolated ones are removed if there are many, distant ones if there are few: see [`without_strays`](congruent_geometry::without_strays).
     #[default]
     Dropped,
 }
