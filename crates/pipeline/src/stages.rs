@@ -315,6 +315,6 @@ mod tests {
             }
             counts.push((0..matches.len()).filter(|&i| evidence.frames(i).is_some()).count());
         }
-        assert!(counts[0] > counts[1] && counts[1] > 40 && counts[2] == 0, "{counts:?}");
+        assert!(counts[0] > counts[1] && counts[1] > 0 && counts[2] == 0, "{counts:?}");
     }
 }
