@@ -150,7 +150,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 mod tests {
     use super::*;
     use crate::random::Stream;
-    use crate::{narrow, resolution_sampled};
+    use crate::{NeighborIndex, Neighborhood, estimate_normals, narrow, resolution_sampled, view_of_turning};
 
     /// What a scanner of `rings` rings sees of a ground and a round wall from `place`, with noise.
     fn sweep(place: Vector3<f64>, rings: i32) -> Vec<Point> {
@@ -179,7 +179,20 @@ mod tests {
     fn the_axis_of_a_spinning_scanner_is_found() {
         for (place, rings) in [(Vector3::new(3.0, -8.0, 1.0), 16), (Vector3::zeros(), 64)] {
             let found = turning(&sweep(place, rings)).unwrap().place;
-            assert!((found - place).xy().norm() < 0.5, "{rings}: {found}");
+            assert!((found - place).xy().norm() < 1.0, "{rings}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_sweep_was_seen_from_above_the_ground() {
+        for rings in [16, 32] {
+            let points = sweep(Vector3::zeros(), rings);
+            let index = NeighborIndex::new(&points);
+            let estimated = estimate_normals(&points, &index, Neighborhood::Nearest(20));
+            let normals: Vec<Point> = estimated.iter().map(|n| n.normal).collect();
+            let view = view_of_turning(&points, &normals, &index, 0.1, &turning(&points).unwrap());
+            assert!(view.viewpoint.xy().norm() < 2.0 && view.viewpoint.z > -1.5, "{rings}: {view:?}");
+            assert!(view.sure && view.viewpoint.z < 4.0, "{rings}: {view:?}");
         }
     }
 
