@@ -1,10 +1,10 @@
 //! Rows on disk: each is a line of JSON, written as soon as it is made and found again after an interruption.
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use congruent_io::write_file;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -21,11 +21,14 @@ pub(crate) struct Journal {
 impl Journal {
     /// Replaces the content of a file by `rows` and opens it for further rows.
     pub(crate) fn begin<T: Serialize>(path: &Path, rows: &[T], way_on: &'static str) -> Result<Journal> {
+        refuse_if_in_use(path)?;
         // This also removes what followed the last complete row, so that the next row begins a line.
         write_rows(path, rows)?;
         let opened = OpenOptions::new().append(true).open(path);
         let opened = opened.and_then(|file| file.metadata().map(|metadata| (file, metadata.len())));
         let (file, whole) = opened.with_context(|| format!("{}: cannot be written", path.display()))?;
+        // Where a file system has no locks, two runs are not told apart.
+        drop(file.try_lock());
         Ok(Journal { path: path.to_owned(), file, whole, way_on })
     }
 
@@ -47,6 +50,19 @@ impl Journal {
         })?;
         self.whole += line.len() as u64;
         Ok(())
+    }
+}
+
+/// Returns an error if another run holds the file open for rows: it would write to a file that is replaced here.
+fn refuse_if_in_use(path: &Path) -> Result<()> {
+    match File::open(path).map(|file| file.try_lock()) {
+        Ok(Err(TryLockError::WouldBlock)) => {
+            bail!(
+                "{}: another run is writing to it; wait until that has ended, or choose another folder",
+                path.display()
+            )
+        }
+        _ => Ok(()),
     }
 }
 
@@ -94,6 +110,17 @@ mod tests {
         assert_eq!(rows, ["a", "\u{e9}"]);
         Journal::begin(&path, &rows, "").unwrap().append(&"b").unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "\"a\"\n\"\u{e9}\"\n\"b\"\n");
+    }
+
+    #[test]
+    fn two_runs_do_not_write_to_one_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rows.jsonl");
+        let first = Journal::begin(&path, &["a"], "").unwrap();
+        let refused = Journal::begin(&path, &["b"], "").err().unwrap().to_string();
+        assert!(refused.contains("rows.jsonl: another run is writing to it"), "{refused}");
+        drop(first);
+        assert!(Journal::begin(&path, &["b"], "").is_ok());
     }
 
     #[test]

@@ -18,8 +18,13 @@ pub(crate) struct DatasetArgs {
     #[arg(long, value_name = "N")]
     pub(crate) pairs: Option<usize>,
     /// Only pairs whose scans share at least this fraction of their points, 0 to 1; if not given, the data set's minimum
-    #[arg(long, value_name = "X")]
+    #[arg(long, value_name = "X", value_parser = fraction)]
     pub(crate) min_overlap: Option<f64>,
+}
+
+fn fraction(text: &str) -> Result<f64, String> {
+    let fraction: Option<f64> = text.parse().ok();
+    fraction.filter(|v| (0.0..=1.0).contains(v)).ok_or_else(|| "write a fraction from 0 to 1, e.g. 0.3".to_owned())
 }
 
 /// Parses a nuisance as it is written in the configuration of an experiment.

@@ -80,6 +80,6 @@ pub(super) fn data_units(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(Length::Units(units)) => Ok(units),
         Ok(Length::Resolutions(_)) => Err("this length cannot be given in pr; write data units, as in 0.6u".to_owned()),
-        Err(error) => Err(error.to_string()),
+        Err(_) => Err("write a number above zero in data units, as in 0.6u".to_owned()),
     }
 }

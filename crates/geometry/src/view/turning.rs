@@ -3,7 +3,7 @@
 //! Such a scanner (a spinning LiDAR, a laser on a tripod, a depth camera) leaves points whose distance from each other
 //! grows in proportion to their distance from it. Its place is therefore the one from which the ratio of both varies
 //! least. The points of one ring of a spinning LiDAR are in proportion to their distance from its axis, so that the place
-//! along the axis is hardly determined; see [`Turning::places`].
+//! along the axis is hardly determined; see `Turning::places`.
 
 use crate::{Point, wide};
 use nalgebra::{Matrix4, Vector3, Vector4};
