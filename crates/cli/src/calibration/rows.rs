@@ -98,12 +98,16 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let open = |made_by: &str| Rows::open(folder.path(), made_by.to_owned()).unwrap();
         open("one").add(row("a")).unwrap();
-        let mut other = open("another");
-        assert!(!other.has("a"));
-        other.add(row("a")).unwrap();
-        other.add(row("b")).unwrap();
-        let one = open("one");
-        assert!(one.has("a") && !one.has("b"));
+        {
+            let mut other = open("another");
+            assert!(!other.has("a"));
+            other.add(row("a")).unwrap();
+            other.add(row("b")).unwrap();
+        }
+        {
+            let one = open("one");
+            assert!(one.has("a") && !one.has("b"));
+        }
         assert_eq!(open("another").of(&[trial("b"), trial("c")]).len(), 1, "only pairs that are asked for and there");
     }
 }
