@@ -162,7 +162,7 @@ fn two_configurations_are_compared_on_the_same_pairs() {
     assert_eq!(file("out"), file("again"));
     let named = file("out").lines().next().unwrap().replace("# configuration of rows: ", "");
     assert_eq!(bench.rows("out")[0]["configuration"], named.as_str());
-    let none = bench.evaluate("third", &["--min-overlap", "1.1"]);
+    let none = bench.evaluate("third", &["--min-overlap", "1"]);
     assert_eq!(none.status.code(), Some(2));
     assert!(text(&none.stderr).contains("lower --min-overlap"), "{}", text(&none.stderr));
 }
