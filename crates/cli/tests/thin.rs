@@ -73,7 +73,7 @@ fn a_batch_is_resumed_only_with_its_thinning() {
 #[test]
 fn the_side_of_a_cell_is_a_length_of_the_file() {
     let folder = scans();
-    for (length, expected) in [("2pr", "data units"), ("0u", "above zero"), ("1", "with its unit")] {
+    for (length, expected) in [("2pr", "data units"), ("0u", "above zero"), ("1", "as in 0.6u")] {
         let output = congruent(folder.path(), &format!("convert scans/source.ply new.ply --thin {length}"));
         let said = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{said}");
