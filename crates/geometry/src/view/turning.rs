@@ -18,10 +18,11 @@ const MAX_LEFT: f64 = 0.45;
 const STARTS: [f64; 4] = [0.05, 0.2, 0.5, 1.0];
 /// Maximum number of rounds from each start; a round that moves by less than this fraction of the median distance is
 /// the last one.
-const ROUNDS: usize = 60;
-const SETTLED: f64 = 1e-4;
-/// Minimum number of points from which a place is determined.
+const ROUNDS: usize = 25;
+const SETTLED: f64 = 1e-3;
+/// Minimum number of points from which a place is determined, and the number from which on some are passed over.
 const MIN_POINTS: usize = 200;
+const MAX_POINTS: usize = 1500;
 /// Residual, in standard deviations, at which the weight of a point is one half.
 const HALF_WEIGHT: f64 = 1.5;
 /// Standard deviation of a normal distribution, as a multiple of the median deviation.
@@ -61,6 +62,8 @@ impl Turning {
         if varied < MIN_VARIED {
             return None;
         }
+        let stride = spaced.len().div_ceil(MAX_POINTS);
+        let spaced: Vec<Spaced> = spaced.into_iter().step_by(stride).collect();
         let settled = |share: &f64| {
             let n = ((share * spaced.len() as f64) as usize).max(1);
             settle(&spaced, middle(&spaced[..n]))
