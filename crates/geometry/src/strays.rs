@@ -2,7 +2,7 @@
 //! scan.
 
 use crate::distant::belonging;
-use crate::{NeighborIndex, OrderedPoints, Point, Resolution, Scan};
+use crate::{OrderedPoints, Resolution, Scan};
 use rayon::prelude::*;
 
 /// Within this many spacings of a point of a surface …
@@ -36,28 +36,19 @@ fn without_isolated(scan: &Scan, measured: &Resolution) -> Option<Scan> {
     if measured.lonely < FEW {
         return None;
     }
-    let kept = have_company(scan.points(), RADIUS * measured.median);
+    let radius = RADIUS * measured.median;
+    let ordered = OrderedPoints::new(scan.points(), radius / 2.0);
+    // The point itself is one of them.
+    let kept: Vec<bool> = scan.points().par_iter().map(|p| ordered.has_within(p, radius, FEWEST + 1)).collect();
     let thin = kept.iter().filter(|kept| !**kept).count() as f64 / kept.len() as f64;
     (thin <= MANY && measured.lonely >= LONELY * thin).then(|| scan.only(&kept))
-}
-
-/// Returns for each point whether enough others are within `radius`. In the cells of a grid that something distant has
-/// made large, points are crowded; then a tree is asked.
-fn have_company(points: &[Point], radius: f64) -> Vec<bool> {
-    // The point itself is one of them.
-    let count = FEWEST + 1;
-    if let Some(ordered) = OrderedPoints::unless_crowded(points, radius / 2.0) {
-        return points.par_iter().map(|p| ordered.has_within(p, radius, count)).collect();
-    }
-    let index = NeighborIndex::new(points);
-    points.par_iter().map(|p| index.has_within(p, radius, count)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::random::Stream;
-    use crate::{RawScan, resolution_sampled};
+    use crate::{Point, RawScan, resolution_sampled};
 
     fn cleaned(scan: &Scan) -> Option<Scan> {
         without_strays(scan, &resolution_sampled(scan.points(), 4000).unwrap())
@@ -101,16 +92,6 @@ mod tests {
             assert!(cleaned.extent().max() < 4.0);
             assert!((10_000..=10_000 + n_strays / 5).contains(&cleaned.points().len()), "{}", cleaned.points().len());
         }
-    }
-
-    #[test]
-    fn grid_and_tree_find_the_same_company() {
-        let points = bowl_and_dust(2000).points().to_vec();
-        let alone = |points: &[Point]| have_company(points, 0.1).iter().filter(|has| !**has).count();
-        let far_away = [points.clone(), vec![[1000.0; 3]]].concat();
-        let grid = |points: &[Point]| OrderedPoints::unless_crowded(points, 0.05);
-        assert!(grid(&points).is_some() && grid(&far_away).is_none());
-        assert_eq!(alone(&far_away), alone(&points) + 1);
     }
 
     #[test]
