@@ -109,28 +109,36 @@ fn mean(values: &[f64]) -> f64 {
 
 impl<'a> Measured<'a> {
     fn new(scan: &'a Scan, queries: usize, strays: Strays) -> Self {
-        let (resolution, turning) = spacings(scan, queries);
+        let (resolution, spacings) = raw_resolution(scan, queries);
         let cleaned = if strays == Strays::Dropped { without_strays(scan, &resolution) } else { None };
         match cleaned {
             Some(cleaned) => {
-                let (resolution, turning) = spacings(&cleaned, queries);
+                let (resolution, spacings) = raw_resolution(&cleaned, queries);
+                let turning = turning(&cleaned, spacings);
                 Measured { scan: Cow::Owned(cleaned), resolution: resolution.mean, turning }
             }
-            None => Measured { scan: Cow::Borrowed(scan), resolution: resolution.mean, turning },
+            None => {
+                Measured { scan: Cow::Borrowed(scan), resolution: resolution.mean, turning: turning(scan, spacings) }
+            }
         }
     }
 }
 
-/// Returns the resolution and, if few points are measured, the scanner that the spacings give away.
-fn spacings(scan: &Scan, queries: usize) -> (Resolution, Option<Turning>) {
-    let (measured, turning) = match queries {
+/// Returns the resolution, and the spacings if only some points are measured.
+fn raw_resolution(scan: &Scan, queries: usize) -> (Resolution, Option<Spacings<'_>>) {
+    let (measured, spacings) = match queries {
         usize::MAX => (resolution(scan.points(), &NeighborIndex::new(scan.points())), None),
         _ => {
             let spacings = Spacings::sampled(scan.points(), queries);
-            (spacings.resolution(), spacings.turning())
+            (spacings.resolution(), Some(spacings))
         }
     };
-    (measured.expect("a scan has three distinct points"), turning)
+    (measured.expect("a scan has three distinct points"), spacings)
+}
+
+/// Returns the scanner that the spacings give away; a known viewpoint need not be estimated.
+fn turning(scan: &Scan, spacings: Option<Spacings<'_>>) -> Option<Turning> {
+    spacings.filter(|_| scan.viewpoint().is_none())?.turning()
 }
 
 fn whole(scan: &Scan, normals: Option<Vec<Point>>) -> Sample {

@@ -77,33 +77,17 @@ fn scans_of(dataset: &Dataset) -> Vec<&Path> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use congruent_geometry::RigidTransform;
+    use crate::calibration::testing::{dataset, pair};
     use congruent_io::TruePair;
 
-    fn dataset(name: &str) -> Dataset {
-        let pair = TruePair {
-            id: None,
-            source: "source".to_owned(),
-            target: "target".to_owned(),
-            place: String::new(),
-            source_file: format!("{name}/source").into(),
-            target_file: format!("{name}/target").into(),
-            overlap: None,
-            target_from_source: RigidTransform::identity(),
-        };
-        Dataset {
-            name: name.to_owned(),
-            pairs: vec![pair],
-            warnings: Vec::new(),
-            broken: Vec::new(),
-            read_from: Vec::new(),
-            min_overlap: 0.0,
-        }
+    fn of_two_files(name: &str) -> Dataset {
+        let [source_file, target_file] = ["source", "target"].map(|scan| format!("{name}/{scan}").into());
+        dataset(name, vec![TruePair { source_file, target_file, ..pair("source", "target", 0.0) }])
     }
 
     #[test]
     fn only_scans_of_different_objects_are_crossed() {
-        let datasets = ["a", "b", "c", "d"].map(dataset);
+        let datasets = ["a", "b", "c", "d"].map(of_two_files);
         let alike: Vec<Alike> = ["a,b", "c,d"].map(|names| names.parse::<Alike>().unwrap()).to_vec();
         let trials = trials(&datasets, &Objects::of(&datasets, &alike), &alike, 40, 0);
         let has = |a: &str, b: &str| trials.iter().any(|trial| trial.id.contains(&format!("/{a}/source--{b}/target")));

@@ -133,35 +133,12 @@ fn reached<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn pair(source: &str, target: &str, x: f64) -> TruePair {
-        TruePair {
-            id: None,
-            source: source.to_owned(),
-            target: target.to_owned(),
-            place: String::new(),
-            source_file: source.into(),
-            target_file: target.into(),
-            overlap: None,
-            target_from_source: RigidTransform::translation(x, 0.0, 0.0),
-        }
-    }
-
-    fn dataset(pairs: Vec<TruePair>) -> Dataset {
-        Dataset {
-            name: "set".to_owned(),
-            pairs,
-            warnings: Vec::new(),
-            broken: Vec::new(),
-            read_from: Vec::new(),
-            min_overlap: 0.0,
-        }
-    }
+    use crate::calibration::testing::{dataset, pair};
 
     #[test]
     fn a_corrected_truth_makes_another_trial_of_what_it_judges() {
         let ids = |x: f64| -> Vec<String> {
-            let set = dataset(vec![pair("b", "a", x), pair("c", "b", 10.0)]);
+            let set = dataset("set", vec![pair("b", "a", x), pair("c", "b", 10.0)]);
             trials(&set, &Objects::of(std::slice::from_ref(&set), &[])).into_iter().map(|trial| trial.id).collect()
         };
         let (first, same, corrected) = (ids(1.0), ids(1.0), ids(1.001));
@@ -176,7 +153,7 @@ mod tests {
     #[test]
     fn truths_are_chained_and_what_is_listed_or_apart_is_not_made_up() {
         let pairs = vec![pair("b", "a", 1.0), pair("c", "b", 10.0), pair("d", "c", 100.0), pair("y", "x", 5.0)];
-        let found: Vec<(String, String, f64)> = unlisted(&dataset(pairs))
+        let found: Vec<(String, String, f64)> = unlisted(&dataset("set", pairs))
             .into_iter()
             .map(|pair| (pair.source, pair.target, pair.target_from_source.translation.vector.x))
             .collect();

@@ -5,6 +5,8 @@ mod listed;
 mod objects;
 mod rows;
 mod simulated;
+#[cfg(test)]
+mod testing;
 
 use crate::args::{Alike, CalibrateArgs};
 use crate::commands::{listed_pairs, named_once};
@@ -170,6 +172,7 @@ fn calibration_file(validation: &Validation<'_>) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::calibration::testing::dataset;
 
     #[test]
     fn settings_that_rows_do_not_depend_on_leave_them_as_they_are() {
@@ -186,15 +189,7 @@ mod tests {
 
     #[test]
     fn data_sets_that_are_alike_are_given_and_named_once() {
-        let dataset = |name: &str| Dataset {
-            name: name.to_owned(),
-            pairs: Vec::new(),
-            warnings: Vec::new(),
-            broken: Vec::new(),
-            read_from: Vec::new(),
-            min_overlap: 0.0,
-        };
-        let datasets = ["bunny", "kinect", "chef"].map(dataset);
+        let datasets = ["bunny", "kinect", "chef"].map(|name| dataset(name, Vec::new()));
         let said = |lists: &[&str]| {
             let alike: Vec<Alike> = lists.iter().map(|names| names.parse().unwrap()).collect();
             check_alike(&alike, &datasets).err().map(|error| error.to_string())

@@ -45,39 +45,20 @@ fn first_of_each(dataset: &Dataset) -> BTreeMap<&Path, &Path> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use congruent_geometry::RigidTransform;
-    use congruent_io::TruePair;
+    use crate::calibration::testing::{dataset, pair};
 
-    fn dataset(name: &str, pairs: &[[&str; 2]]) -> Dataset {
-        let pair = |&[source, target]: &[&str; 2]| TruePair {
-            id: None,
-            source: source.to_owned(),
-            target: target.to_owned(),
-            place: String::new(),
-            source_file: source.into(),
-            target_file: target.into(),
-            overlap: None,
-            target_from_source: RigidTransform::identity(),
-        };
-        let pairs = pairs.iter().map(pair).collect();
-        Dataset {
-            name: name.to_owned(),
-            pairs,
-            warnings: Vec::new(),
-            broken: Vec::new(),
-            read_from: Vec::new(),
-            min_overlap: 0.0,
-        }
+    fn of_names(name: &str, pairs: &[[&str; 2]]) -> Dataset {
+        dataset(name, pairs.iter().map(|[source, target]| pair(source, target, 0.0)).collect())
     }
 
     #[test]
     fn chains_of_pairs_are_one_object_and_alike_sets_are_one() {
         let sets = [
-            dataset("rooms", &[["b", "a"], ["d", "c"], ["c", "e"], ["e", "f"]]),
-            dataset("x", &[["p", "q"]]),
-            dataset("y", &[["r", "s"]]),
-            dataset("v", &[["t", "u"]]),
-            dataset("w", &[["v", "w"]]),
+            of_names("rooms", &[["b", "a"], ["d", "c"], ["c", "e"], ["e", "f"]]),
+            of_names("x", &[["p", "q"]]),
+            of_names("y", &[["r", "s"]]),
+            of_names("v", &[["t", "u"]]),
+            of_names("w", &[["v", "w"]]),
         ];
         let alike: Vec<Alike> = ["x,y", "v,w"].map(|names| names.parse::<Alike>().unwrap()).to_vec();
         let objects = Objects::of(&sets, &alike);

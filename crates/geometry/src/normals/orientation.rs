@@ -162,36 +162,24 @@ mod tests {
         (points, outward, mixed)
     }
 
+    fn oriented(policy: Orientation, points: &[Point], origin: &Vector3<f64>, normals: &mut [Point]) {
+        orient(policy, points, origin, &NeighborIndex::new(points), 1.0, None, normals);
+    }
+
     #[test]
     fn propagation_finds_the_outside_of_every_part() {
         let (points, outward, mut normals) = two_spheres();
-        orient(
-            Orientation::Propagate {},
-            &points,
-            &Vector3::zeros(),
-            &NeighborIndex::new(&points),
-            1.0,
-            None,
-            &mut normals,
-        );
+        oriented(Orientation::Propagate {}, &points, &Vector3::zeros(), &mut normals);
         assert_eq!(normals, outward);
     }
 
     #[test]
     fn the_viewpoint_is_in_file_coordinates() {
         let points = [[0.0f32, 0.0, 0.0]];
-        let index = NeighborIndex::new(&points);
         for (z, expected) in [(1000.0 + 1.0, 1.0), (1000.0 - 1.0, -1.0)] {
             let mut normals = [[0.0f32, 0.0, 1.0]];
-            orient(
-                Orientation::Viewpoint { at: [0.0, 0.0, z] },
-                &points,
-                &Vector3::new(0.0, 0.0, 1000.0),
-                &index,
-                1.0,
-                None,
-                &mut normals,
-            );
+            let origin = Vector3::new(0.0, 0.0, 1000.0);
+            oriented(Orientation::Viewpoint { at: [0.0, 0.0, z] }, &points, &origin, &mut normals);
             assert_eq!(normals[0][2], expected);
         }
     }
@@ -200,15 +188,7 @@ mod tests {
     fn outward_points_away_from_the_middle() {
         let points = [[1.0f32, 0.0, 0.0], [-1.0, 0.0, 0.0]];
         let mut normals = [[-1.0f32, 0.0, 0.0], [-1.0, 0.0, 0.0]];
-        orient(
-            Orientation::Outward {},
-            &points,
-            &Vector3::zeros(),
-            &NeighborIndex::new(&points),
-            1.0,
-            None,
-            &mut normals,
-        );
+        oriented(Orientation::Outward {}, &points, &Vector3::zeros(), &mut normals);
         assert_eq!(normals, [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]);
     }
 }

@@ -153,7 +153,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 mod tests {
     use super::*;
     use crate::random::Stream;
-    use crate::{NeighborIndex, Neighborhood, estimate_normals, narrow, resolution_sampled, view_of_turning};
+    use crate::{NeighborIndex, Neighborhood, estimate_normals, narrow, view_of_turning};
 
     /// What a scanner of `rings` rings sees of a ground and a round wall from `place`, with noise.
     fn sweep(place: Vector3<f64>, rings: i32) -> Vec<Point> {
@@ -209,6 +209,5 @@ mod tests {
         let grid: Vec<Point> = (0..10_000u16).map(|i| [f32::from(i % 100), f32::from(i / 100), 0.0]).collect();
         assert!(turning(&grid).is_none());
         assert!(turning(&grid[..50]).is_none() && turning(&[]).is_none());
-        assert!(resolution_sampled(&grid, 4000).is_some());
     }
 }
