@@ -27,6 +27,25 @@ impl<'a, const BIG_ENDIAN: bool> Binary<'a, BIG_ENDIAN> {
         }
         held
     }
+
+    /// Reads points from records that have three numbers of `N` bytes from `at` on, at most `n`; how many there were.
+    fn coordinates<const N: usize>(
+        &mut self,
+        stride: usize,
+        at: usize,
+        n: usize,
+        points: &mut Gathered,
+        number: impl Fn([u8; N]) -> f64 + Copy,
+    ) -> usize {
+        self.blocks(stride, n, |records| {
+            if stride == 3 * N {
+                // Nothing lies between the points, so that several are converted at a time.
+                points.extend(records.as_chunks().0.as_chunks::<3>().0.iter().map(|point| point.map(number)));
+            } else {
+                points.extend(three_of_each(records, stride, at).map(|point| point.map(number)));
+            }
+        })
+    }
 }
 
 /// The number of a type at the beginning of some bytes, if they suffice.
@@ -81,13 +100,11 @@ impl<const BIG_ENDIAN: bool> Numbers for Binary<'_, BIG_ENDIAN> {
     fn points(&mut self, properties: &[Property], columns: &[Option<usize>], n: usize, points: &mut Gathered) -> usize {
         let Some(layout) = Layout::of(properties, columns) else { return 0 };
         match layout.in_a_row() {
-            Some((at, ScalarType::Float)) => self.blocks(layout.stride, n, |records| {
-                let float = |bytes| if BIG_ENDIAN { f32::from_be_bytes(bytes) } else { f32::from_le_bytes(bytes) };
-                points.extend(three_of_each(records, layout.stride, at).map(|p| p.map(|bytes| float(bytes).into())));
+            Some((at, ScalarType::Float)) => self.coordinates(layout.stride, at, n, points, |bytes| {
+                if BIG_ENDIAN { f32::from_be_bytes(bytes) } else { f32::from_le_bytes(bytes) }.into()
             }),
-            Some((at, ScalarType::Double)) => self.blocks(layout.stride, n, |records| {
-                let double = if BIG_ENDIAN { f64::from_be_bytes } else { f64::from_le_bytes };
-                points.extend(three_of_each(records, layout.stride, at).map(|p| p.map(double)));
+            Some((at, ScalarType::Double)) => self.coordinates(layout.stride, at, n, points, |bytes| {
+                if BIG_ENDIAN { f64::from_be_bytes(bytes) } else { f64::from_le_bytes(bytes) }
             }),
             _ => 0,
         }
