@@ -42,7 +42,7 @@ pub use spare::Spare;
 pub use strays::without_strays;
 pub use surface::Surface;
 pub use transform::{RigidTransform, angle_between, from_rows, mean_displacement, to_rows, uncentred};
-pub use view::{Turning, View, ViewKind, estimate_view, view_of_turning};
+pub use view::{Camera, Scanner, Turning, View, ViewKind, estimate_view, view_of_scanner};
 pub use voxel::{Sample, most_central, voxel_centroids, voxel_count};
 
 /// A point or a normal as stored: three `f32` values, in centred coordinates.

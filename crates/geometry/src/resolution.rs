@@ -1,9 +1,10 @@
 //! The resolution of a cloud, `pr`: the length in which all other lengths are measured.
 
 use crate::neighbors::blocks::{Block, LANES};
-use crate::neighbors::{lesser, nearest_others_sq};
+use crate::neighbors::{lesser, nearest_others};
 use crate::random::Stream;
-use crate::{NeighborIndex, OrderedPoints, Point, Turning};
+use crate::view::Spaced as Offset;
+use crate::{Neighbor, NeighborIndex, OrderedPoints, Point, Scanner, wide};
 use multiversion::multiversion;
 use rayon::prelude::*;
 
@@ -62,8 +63,8 @@ pub struct Spacings<'a> {
     points: &'a [Point],
     /// Positions of the points that were measured.
     asked: Vec<u32>,
-    /// Squared, in that order; infinite if there is no other point.
-    distances_sq: Vec<f32>,
+    /// The nearest other point of each; infinitely far if there is none.
+    nearest: Vec<Neighbor>,
 }
 
 impl<'a> Spacings<'a> {
@@ -71,21 +72,25 @@ impl<'a> Spacings<'a> {
     #[must_use]
     pub fn sampled(points: &'a [Point], queries: usize) -> Self {
         let asked = drawn(points.len(), queries);
-        let distances_sq = nearest_others_sq(points, &asked);
-        Spacings { points, asked, distances_sq }
+        let nearest = nearest_others(points, &asked);
+        Spacings { points, asked, nearest }
     }
 
     /// Returns the resolution; `None` for fewer than two distinct points.
     #[must_use]
     pub fn resolution(&self) -> Option<Resolution> {
-        measured(self.distances_sq.clone(), self.points.len() <= self.asked.len())
+        let distances_sq = self.nearest.iter().map(|other| other.distance_sq).collect();
+        measured(distances_sq, self.points.len() <= self.asked.len())
     }
 
-    /// Returns the place of a scanner that turned in equal steps, if the spacings give it away.
+    /// Returns the scanner, if the spacings give it away.
     #[must_use]
-    pub fn turning(&self) -> Option<Turning> {
-        let measured = self.asked.iter().zip(&self.distances_sq);
-        Turning::of(measured.map(|(&i, &distance_sq)| (self.points[i as usize], distance_sq)))
+    pub fn scanner(&self) -> Option<Scanner> {
+        let place = |i: u32| wide(self.points[i as usize]);
+        let measured = self.asked.iter().zip(&self.nearest);
+        let elsewhere = measured.filter(|(_, other)| other.distance_sq > 0.0 && other.distance_sq.is_finite());
+        let spaced = elsewhere.map(|(&i, other)| Offset { point: place(i), offset: place(other.index) - place(i) });
+        Scanner::of(&spaced.collect::<Vec<_>>())
     }
 }
 

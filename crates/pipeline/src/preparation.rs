@@ -3,7 +3,7 @@
 use crate::config::{BudgetConfig, NeighborhoodConfig};
 use crate::{Failure, NormalSource, NormalsConfig, SamplingConfig, Strays};
 use congruent_geometry::{
-    NeighborIndex, Neighborhood, Orientation, Oriented, Point, Resolution, Sample, Scan, Spacings, Surface, Turning,
+    NeighborIndex, Neighborhood, Orientation, Oriented, Point, Resolution, Sample, Scan, Scanner, Spacings, Surface,
     estimate_normals, orient, resolution, resolution_at, vertex_normals, voxel_centroids, voxel_count, without_strays,
 };
 use nalgebra::Vector3;
@@ -36,8 +36,8 @@ pub(crate) struct Cloud {
     origin: Vector3<f64>,
     /// Position of the scanner, if it is known; centred.
     viewpoint: Option<Vector3<f64>>,
-    /// The scanner, if it turned in equal steps and the points before thinning give it away.
-    turning: Option<Turning>,
+    /// The scanner, if the points before thinning give it away.
+    scanner: Option<Scanner>,
     index: NeighborIndex,
     resolution: f64,
 }
@@ -47,7 +47,7 @@ struct Measured<'a> {
     /// A new scan if strays were left out.
     scan: Cow<'a, Scan>,
     resolution: f64,
-    turning: Option<Turning>,
+    scanner: Option<Scanner>,
 }
 
 /// Thins all scans with the same grid; there must be at least one.
@@ -114,11 +114,11 @@ impl<'a> Measured<'a> {
         match cleaned {
             Some(cleaned) => {
                 let (resolution, spacings) = raw_resolution(&cleaned, queries);
-                let turning = turning(&cleaned, spacings);
-                Measured { scan: Cow::Owned(cleaned), resolution: resolution.mean, turning }
+                let scanner = scanner(&cleaned, spacings);
+                Measured { scan: Cow::Owned(cleaned), resolution: resolution.mean, scanner }
             }
             None => {
-                Measured { scan: Cow::Borrowed(scan), resolution: resolution.mean, turning: turning(scan, spacings) }
+                Measured { scan: Cow::Borrowed(scan), resolution: resolution.mean, scanner: scanner(scan, spacings) }
             }
         }
     }
@@ -137,8 +137,8 @@ fn raw_resolution(scan: &Scan, queries: usize) -> (Resolution, Option<Spacings<'
 }
 
 /// Returns the scanner that the spacings give away; a known viewpoint need not be estimated.
-fn turning(scan: &Scan, spacings: Option<Spacings<'_>>) -> Option<Turning> {
-    spacings.filter(|_| scan.viewpoint().is_none())?.turning()
+fn scanner(scan: &Scan, spacings: Option<Spacings<'_>>) -> Option<Scanner> {
+    spacings.filter(|_| scan.viewpoint().is_none())?.scanner()
 }
 
 fn whole(scan: &Scan, normals: Option<Vec<Point>>) -> Sample {
@@ -164,8 +164,8 @@ impl Cloud {
         let index = NeighborIndex::new(&sample.points);
         match resolution_at(&sample.points, &index, queries) {
             Some(resolution) if sample.points.len() >= 3 => {
-                let (origin, viewpoint, turning) = (*scan.origin(), scan.viewpoint(), of.turning.clone());
-                Ok(Cloud { sample, origin, viewpoint, turning, index, resolution: resolution.mean })
+                let (origin, viewpoint, scanner) = (*scan.origin(), scan.viewpoint(), of.scanner.clone());
+                Ok(Cloud { sample, origin, viewpoint, scanner, index, resolution: resolution.mean })
             }
             _ => Err(Failure::FewPoints { left: sample.points.len(), of: scan.points().len() }),
         }
@@ -188,7 +188,7 @@ impl Cloud {
             (policy, _) => policy,
         };
         let oriented =
-            orient(policy, &points, &self.origin, &self.index, resolution, self.turning.as_ref(), &mut normals);
+            orient(policy, &points, &self.origin, &self.index, resolution, self.scanner.as_ref(), &mut normals);
         for (normal, given) in normals.iter_mut().zip(self.sample.normals.iter().flatten()) {
             if *given != [0.0; 3] {
                 *normal = *given;

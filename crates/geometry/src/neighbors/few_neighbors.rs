@@ -2,7 +2,7 @@
 
 use super::ordered::distance_sq;
 use crate::bounds::bounds;
-use crate::{NeighborIndex, OrderedPoints, Point};
+use crate::{Neighbor, NeighborIndex, OrderedPoints, Point};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -19,20 +19,25 @@ const GROWTH: f64 = 4.0;
 
 type Cell = [i32; 3];
 
-/// Returns the squared distance from each of the points `asked` (positions, in any order) to its nearest other point;
-/// infinite if there is none. Exact.
-pub(crate) fn nearest_others_sq(points: &[Point], asked: &[u32]) -> Vec<f32> {
+/// Returns the nearest other point of each of the points `asked` (positions, in any order); one at infinite distance if
+/// there is none. Exact.
+pub(crate) fn nearest_others(points: &[Point], asked: &[u32]) -> Vec<Neighbor> {
     let reach = REACH * guessed_spacing(points);
     let is_small = points.len() <= SORTED_UP_TO;
     match is_small.then(|| OrderedPoints::unless_crowded(points, reach)).flatten() {
-        Some(ordered) => asked.par_iter().map(|&i| ordered.nearest_other_sq(&points[i as usize], reach)).collect(),
+        Some(ordered) => {
+            let nearest = |keys: &mut Vec<u64>, &i: &u32| ordered.nearest_other(i, &points[i as usize], reach, keys);
+            asked.par_iter().map_init(Vec::new, |keys, i| nearest(keys, i).unwrap_or(NOTHING)).collect()
+        }
         None => looked_through(points, asked, reach),
     }
 }
 
+const NOTHING: Neighbor = Neighbor { index: u32::MAX, distance_sq: f32::INFINITY };
+
 /// Scans the whole cloud once for each reach.
-fn looked_through(points: &[Point], asked: &[u32], mut reach: f64) -> Vec<f32> {
-    let mut found = vec![f32::INFINITY; asked.len()];
+fn looked_through(points: &[Point], asked: &[u32], mut reach: f64) -> Vec<Neighbor> {
+    let mut found = vec![NOTHING; asked.len()];
     let mut open: Vec<u32> = (0..asked.len() as u32).collect();
     let (low, high) = bounds(points);
     let extent = (0..3).map(|k| f64::from(high[k] - low[k])).fold(0.0, f64::max);
@@ -42,8 +47,8 @@ fn looked_through(points: &[Point], asked: &[u32], mut reach: f64) -> Vec<f32> {
         let cells = CornerCells { low, side: if is_last { f64::INFINITY } else { 2.0 * reach } };
         let centres: Vec<u32> = open.iter().map(|&i| asked[i as usize]).collect();
         let nearest = Members::around(points, &centres, &cells).nearest(points, &centres);
-        open.iter().zip(&nearest).for_each(|(&i, &distance_sq)| found[i as usize] = distance_sq);
-        open.retain(|&i| !is_last && f64::from(found[i as usize]) > reach * reach);
+        open.iter().zip(&nearest).for_each(|(&i, nearest)| found[i as usize] = *nearest);
+        open.retain(|&i| !is_last && f64::from(found[i as usize].distance_sq) > reach * reach);
         reach *= GROWTH;
     }
     found
@@ -107,12 +112,13 @@ impl Members {
         Members { around, starts, order }
     }
 
-    fn nearest(&self, points: &[Point], centres: &[u32]) -> Vec<f32> {
+    fn nearest(&self, points: &[Point], centres: &[u32]) -> Vec<Neighbor> {
         let of = |number: u32| self.starts[number as usize] as usize..self.starts[number as usize + 1] as usize;
         let nearest = |(centre, around): (&u32, &[u32; 8])| {
             let query = &points[*centre as usize];
             let others = around.iter().flat_map(|&number| &self.order[of(number)]).filter(|&i| i != centre);
-            others.map(|&i| distance_sq(&points[i as usize], query)).fold(f32::INFINITY, f32::min)
+            let others = others.map(|&i| Neighbor { index: i, distance_sq: distance_sq(&points[i as usize], query) });
+            others.fold(NOTHING, |a, b| if b.distance_sq < a.distance_sq { b } else { a })
         };
         centres.par_iter().zip(&self.around).map(nearest).collect()
     }
@@ -148,20 +154,23 @@ mod tests {
         sheet.extend((0..500).map(|i| [2.0 + 1e-6 * i as f32, 2.0, 2.0]));
         let index = NeighborIndex::new(&sheet);
         let asked: Vec<u32> = (0..sheet.len() as u32).step_by(7).chain(30_000..30_060).collect();
-        for found in [nearest_others_sq(&sheet, &asked), looked_through(&sheet, &asked, 0.01)] {
-            for (i, distance_sq) in asked.iter().zip(found) {
-                let expected = index.nearest_n(&sheet[*i as usize], 2)[1].distance_sq;
-                assert!((distance_sq - expected).abs() <= 1e-6 * expected, "{i}: {distance_sq} {expected}");
+        for found in [nearest_others(&sheet, &asked), looked_through(&sheet, &asked, 0.01)] {
+            for (i, other) in asked.iter().zip(found) {
+                let point = &sheet[*i as usize];
+                let expected = index.nearest_n(point, 2)[1].distance_sq;
+                assert!((other.distance_sq - expected).abs() <= 1e-6 * expected, "{i}: {other:?} {expected}");
+                assert!(other.index != *i && distance_sq(&sheet[other.index as usize], point) == other.distance_sq);
             }
         }
     }
 
     #[test]
     fn few_points_are_fine() {
-        assert_eq!(nearest_others_sq(&[[1.0; 3]], &[0]), [f32::INFINITY]);
-        assert_eq!(nearest_others_sq(&[[0.0; 3], [0.0, 3.0, 0.0]], &[1, 0]), [9.0, 9.0]);
-        assert_eq!(nearest_others_sq(&[[2.0; 3]; 4], &[2]), [0.0]);
-        assert_eq!(looked_through(&[[2.0; 3]; 4], &[2], 0.0), [0.0]);
-        assert!(nearest_others_sq(&[], &[]).is_empty());
+        let distances_sq = |found: Vec<Neighbor>| found.iter().map(|other| other.distance_sq).collect::<Vec<f32>>();
+        assert_eq!(distances_sq(nearest_others(&[[1.0; 3]], &[0])), [f32::INFINITY]);
+        assert_eq!(distances_sq(nearest_others(&[[0.0; 3], [0.0, 3.0, 0.0]], &[1, 0])), [9.0, 9.0]);
+        assert_eq!(distances_sq(nearest_others(&[[2.0; 3]; 4], &[2])), [0.0]);
+        assert_eq!(distances_sq(looked_through(&[[2.0; 3]; 4], &[2], 0.0)), [0.0]);
+        assert!(nearest_others(&[], &[]).is_empty());
     }
 }

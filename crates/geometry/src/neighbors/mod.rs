@@ -17,7 +17,7 @@ mod ordered;
 mod radius;
 
 pub use cells::Cells;
-pub(crate) use few_neighbors::nearest_others_sq;
+pub(crate) use few_neighbors::nearest_others;
 pub use field::NearestField;
 pub use following::LastSeen;
 pub use index::{Neighbor, NeighborIndex};

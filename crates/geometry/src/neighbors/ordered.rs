@@ -1,6 +1,6 @@
 //! A cloud sorted by grid cell, one coordinate at a time: points that are close together are close in memory.
 
-use crate::{Cells, Point};
+use crate::{Cells, Neighbor, Point};
 
 /// Points are crowded if the cell of a point holds more than this many points on average.
 const MAX_CROWDING: f64 = 40.0;
@@ -135,6 +135,17 @@ impl OrderedPoints {
             (second.is_finite() && f64::from(second) <= reach * reach).then_some(second)
         });
         found.unwrap_or(f32::INFINITY)
+    }
+
+    /// Returns the nearest other point of the one at position `i` of the slice, which is at `point`; `None` if there is no
+    /// other. It is searched within `radius` (data units) first; `keys` is overwritten.
+    pub(crate) fn nearest_other(&self, i: u32, point: &Point, radius: f64, keys: &mut Vec<u64>) -> Option<Neighbor> {
+        let of = |key: &u64| (key >> 32, self.cells.order()[(key & u64::from(u32::MAX)) as usize]);
+        let (bits, index) = growing(radius).find_map(|reach| {
+            self.keys_within(point, reach, keys);
+            keys.iter().map(of).filter(|(_, index)| *index != i).min()
+        })?;
+        Some(Neighbor { index, distance_sq: f32::from_bits(bits as u32) })
     }
 
     /// Returns whether at least `count` points lie within `radius` (inclusive).

@@ -1,7 +1,7 @@
 //! The sign of the normals: which side of the surface is the outside.
 
 use crate::view::face;
-use crate::{Neighbor, NeighborIndex, Point, Turning, ViewKind, estimate_view, view_of_turning, wide};
+use crate::{Neighbor, NeighborIndex, Point, Scanner, ViewKind, estimate_view, view_of_scanner, wide};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -48,15 +48,15 @@ pub struct Oriented {
 /// Turns each normal to the side that the policy determines. Zero normals stay zero.
 ///
 /// `origin` is what was subtracted from the file's coordinates to get `points`; `unit` is the working length, about
-/// half the distance between neighbours (used only to estimate the viewpoint). `turning` is the scanner of the points
-/// before they were thinned, if it turned in equal steps; a viewpoint that is to be estimated follows from it.
+/// half the distance between neighbours (used only to estimate the viewpoint). `scanner` is what sampled the points,
+/// if that was recognised before they were thinned; a viewpoint that is to be estimated follows from it.
 pub fn orient(
     policy: Orientation,
     points: &[Point],
     origin: &Vector3<f64>,
     index: &NeighborIndex,
     unit: f64,
-    turning: Option<&Turning>,
+    scanner: Option<&Scanner>,
     normals: &mut [Point],
 ) -> Oriented {
     match policy {
@@ -77,8 +77,8 @@ pub fn orient(
             Oriented { viewpoint: None, kind: None, sure: false }
         }
         Orientation::Estimated {} => {
-            let view = match turning {
-                Some(turning) => view_of_turning(points, normals, index, unit, turning),
+            let view = match scanner {
+                Some(scanner) => view_of_scanner(points, normals, index, unit, scanner),
                 None => estimate_view(points, normals, index, unit),
             };
             if view.kind == ViewKind::Closed {

@@ -1,15 +1,17 @@
 //! The viewpoint of a scan, estimated from its points alone.
 //!
-//! A scanner that turns in equal steps leaves points whose spacing gives its place away (see [`Turning`]). Otherwise the
-//! surface has to: seen from one side it hides nothing from there, its normals can all be turned towards it without
+//! A scanner that turns in equal steps, or samples on a grid in an image, leaves points whose spacing gives its place away
+//! (see [`Scanner`]). Otherwise the surface has to: seen from one side it hides nothing from there, its normals can all be turned towards it without
 //! tearing neighbours apart, and they face it on average. That settles an axis. Its sign is settled by convexity: on the
 //! whole, scanned objects bulge towards the scanner; of planes that says nothing. What does not fit a far viewpoint is
 //! tried with near ones (a room seen from within), and what fits none is taken for a closed model. So is what hides much
 //! of itself from every side, nevertheless seems to have been seen from outside, and bulges once its signs have been
 //! propagated.
 
+mod camera;
 mod cloud;
 mod dome;
+mod scanner;
 mod screen;
 mod turning;
 
@@ -19,6 +21,9 @@ use crate::{NeighborIndex, Point, narrow, wide};
 use cloud::{Cloud, sphere};
 use nalgebra::Vector3;
 
+pub use camera::Camera;
+pub use scanner::Scanner;
+pub(crate) use scanner::Spaced;
 pub use turning::Turning;
 
 /// Upper bounds of the fractions of torn edges and of hidden points of a scan seen from one side (measured on 92
@@ -97,20 +102,25 @@ pub fn estimate_view(points: &[Point], normals: &[Point], index: &NeighborIndex,
     View { kind, viewpoint, sure: is_outside && kind == ViewKind::Near }
 }
 
-/// Determines the viewpoint of a scan whose scanner turned in equal steps: of the places that explain the spacings, the
-/// one that explains the surface best. The points may be thinned; `unit` is their working length.
+/// Determines the viewpoint of a scan whose scanner is known: the place of a camera, or of the places that explain the
+/// spacings of a turning scanner the one that explains the surface best. The points may be thinned; `unit` is their
+/// working length.
 #[must_use]
-pub fn view_of_turning(
+pub fn view_of_scanner(
     points: &[Point],
     normals: &[Point],
     index: &NeighborIndex,
     unit: f64,
-    turning: &Turning,
+    scanner: &Scanner,
 ) -> View {
-    let cloud = Cloud::new(points, normals, index, unit);
-    let around = TURNING_OFFSETS.iter().flat_map(|length| sphere(TURNING_DIRECTIONS).map(move |d| d * *length));
-    let viewpoint = cloud.clearest(&turning.places(around));
-    View { kind: ViewKind::Near, viewpoint, sure: true }
+    match scanner {
+        Scanner::Camera(camera) => View { kind: ViewKind::OneSide, viewpoint: camera.place, sure: true },
+        Scanner::Turning(turning) => {
+            let cloud = Cloud::new(points, normals, index, unit);
+            let around = TURNING_OFFSETS.iter().flat_map(|length| sphere(TURNING_DIRECTIONS).map(move |d| d * *length));
+            View { kind: ViewKind::Near, viewpoint: cloud.clearest(&turning.places(around)), sure: true }
+        }
+    }
 }
 
 /// Returns whether the surface is mostly planes: a corner of a room is, turned inside out, the corner of a box.

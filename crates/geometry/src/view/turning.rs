@@ -1,11 +1,11 @@
 //! The place of a scanner that turns in equal steps, found from how far apart its points are.
 //!
-//! Such a scanner (a spinning LiDAR, a laser on a tripod, a depth camera) leaves points whose distance from each other
+//! Such a scanner (a spinning LiDAR, a laser on a tripod) leaves points whose distance from each other
 //! grows in proportion to their distance from it. Its place is therefore the one from which the ratio of both varies
 //! least. The points of one ring of a spinning LiDAR are in proportion to their distance from its axis, so that the place
 //! along the axis is hardly determined; see `Turning::places`.
 
-use crate::{Point, wide};
+use super::scanner::{Spaced, deviation_of, median};
 use nalgebra::{Matrix4, Vector3, Vector4};
 
 /// Minimum median deviation of the logarithm of the spacings: below it, all points are about equally far from a scanner,
@@ -30,10 +30,10 @@ const SIGMA: f64 = 1.4826;
 /// Maximum logarithm of the deviation at a place over the least one.
 const MAX_EXCESS: f64 = 0.7;
 
-/// A scan whose scanner turned in equal steps.
+/// A scanner that turned in equal steps.
 #[derive(Clone, Debug)]
 pub struct Turning {
-    spaced: Vec<Spaced>,
+    sized: Vec<Sized>,
     place: Vector3<f64>,
     /// Median deviation that is left at the place.
     deviation: f64,
@@ -41,46 +41,44 @@ pub struct Turning {
 
 /// A point, and the logarithm of the distance to its nearest other point.
 #[derive(Clone, Copy, Debug)]
-struct Spaced {
+struct Sized {
     point: Vector3<f64>,
     log_spacing: f64,
 }
 
 impl Turning {
-    /// Determines the place from points, centred, and the squared distances to their nearest other points; `None` if the
-    /// spacings vary too little, or for another reason than the distance from one place.
-    pub(crate) fn of(spacings: impl Iterator<Item = (Point, f32)>) -> Option<Turning> {
-        let mut spaced: Vec<Spaced> = spacings
-            .filter(|(_, distance_sq)| *distance_sq > 0.0 && distance_sq.is_finite())
-            .map(|(point, distance_sq)| Spaced { point: wide(point), log_spacing: 0.5 * f64::from(distance_sq).ln() })
-            .collect();
+    /// Determines the place from centred points; `None` if the spacings vary too little, or for another reason than the
+    /// distance from one place.
+    pub(super) fn of(spaced: &[Spaced]) -> Option<Turning> {
         if spaced.len() < MIN_POINTS {
             return None;
         }
-        spaced.sort_by(|a, b| a.log_spacing.total_cmp(&b.log_spacing));
-        let varied = deviation_of(spaced.iter().map(|s| s.log_spacing).collect());
+        let sized = |s: &Spaced| Sized { point: s.point, log_spacing: s.offset.norm().ln() };
+        let mut sized: Vec<Sized> = spaced.iter().map(sized).collect();
+        sized.sort_by(|a, b| a.log_spacing.total_cmp(&b.log_spacing));
+        let varied = deviation_of(sized.iter().map(|s| s.log_spacing).collect());
         if varied < MIN_VARIED {
             return None;
         }
-        let stride = spaced.len().div_ceil(MAX_POINTS);
-        let spaced: Vec<Spaced> = spaced.into_iter().step_by(stride).collect();
+        let stride = sized.len().div_ceil(MAX_POINTS);
+        let sized: Vec<Sized> = sized.into_iter().step_by(stride).collect();
         let settled = |share: &f64| {
-            let n = ((share * spaced.len() as f64) as usize).max(1);
-            settle(&spaced, middle(&spaced[..n]))
+            let n = ((share * sized.len() as f64) as usize).max(1);
+            settle(&sized, middle(&sized[..n]))
         };
-        let places = STARTS.iter().map(settled).map(|place| (deviation(&spaced, &place), place));
+        let places = STARTS.iter().map(settled).map(|place| (deviation(&sized, &place), place));
         let (deviation, place) = places.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        (deviation <= MAX_LEFT * varied).then_some(Turning { spaced, place, deviation })
+        (deviation <= MAX_LEFT * varied).then_some(Turning { sized, place, deviation })
     }
 
     /// Returns the place and others around it that explain the spacings nearly as well, each with the logarithm of how much
     /// more is left unexplained; `offsets` are in units of the distance of the nearest tenth of the points.
     pub(super) fn places(&self, offsets: impl Iterator<Item = Vector3<f64>>) -> Vec<(Vector3<f64>, f64)> {
-        let mut distances: Vec<f64> = self.spaced.iter().map(|s| (s.point - self.place).norm()).collect();
+        let mut distances: Vec<f64> = self.sized.iter().map(|s| (s.point - self.place).norm()).collect();
         let tenth = distances.len() / 10;
         let unit = *distances.select_nth_unstable_by(tenth, f64::total_cmp).1;
         let least = self.deviation.max(f64::MIN_POSITIVE);
-        let excess = |place: Vector3<f64>| (place, (deviation(&self.spaced, &place) / least).ln());
+        let excess = |place: Vector3<f64>| (place, (deviation(&self.sized, &place) / least).ln());
         let others = offsets.map(|offset| excess(self.place + unit * offset));
         std::iter::once((self.place, 0.0)).chain(others.filter(|(_, excess)| *excess <= MAX_EXCESS)).collect()
     }
@@ -88,12 +86,12 @@ impl Turning {
 
 /// Moves a place to where the spacings are best in proportion to the distance from it, by least squares with weights that
 /// fall with the residual.
-fn settle(spaced: &[Spaced], mut place: Vector3<f64>) -> Vector3<f64> {
+fn settle(sized: &[Sized], mut place: Vector3<f64>) -> Vector3<f64> {
     for _ in 0..ROUNDS {
-        let residuals = residuals(spaced, &place);
+        let residuals = residuals(sized, &place);
         let sigma = (SIGMA * median(residuals.iter().map(|r| r.abs()).collect())).max(1e-6);
         let (mut left, mut right) = (Matrix4::zeros(), Vector4::zeros());
-        for (Spaced { point, .. }, residual) in spaced.iter().zip(&residuals) {
+        for (Sized { point, .. }, residual) in sized.iter().zip(&residuals) {
             let away = point - place;
             let weight = 1.0 / (1.0 + (residual / (HALF_WEIGHT * sigma)).powi(2));
             let slope = -away / away.norm_squared().max(f64::MIN_POSITIVE);
@@ -106,7 +104,7 @@ fn settle(spaced: &[Spaced], mut place: Vector3<f64>) -> Vector3<f64> {
         (1..4).for_each(|axis| left[(axis, axis)] += damping);
         let Some(solved) = left.lu().solve(&right) else { break };
         let mut step = Vector3::new(solved[1], solved[2], solved[3]);
-        let reach = median(spaced.iter().map(|s| (s.point - place).norm()).collect());
+        let reach = median(sized.iter().map(|s| (s.point - place).norm()).collect());
         if !step.iter().all(|v| v.is_finite()) {
             break;
         }
@@ -122,38 +120,27 @@ fn settle(spaced: &[Spaced], mut place: Vector3<f64>) -> Vector3<f64> {
 }
 
 /// Returns the logarithms of spacing over distance from a place, less their median.
-fn residuals(spaced: &[Spaced], place: &Vector3<f64>) -> Vec<f64> {
-    let ratio = |s: &Spaced| s.log_spacing - 0.5 * (s.point - place).norm_squared().max(f64::MIN_POSITIVE).ln();
-    let ratios: Vec<f64> = spaced.iter().map(ratio).collect();
+fn residuals(sized: &[Sized], place: &Vector3<f64>) -> Vec<f64> {
+    let ratio = |s: &Sized| s.log_spacing - 0.5 * (s.point - place).norm_squared().max(f64::MIN_POSITIVE).ln();
+    let ratios: Vec<f64> = sized.iter().map(ratio).collect();
     let middle = median(ratios.clone());
     ratios.into_iter().map(|ratio| ratio - middle).collect()
 }
 
 /// Returns the median deviation of the logarithms from their median.
-fn deviation(spaced: &[Spaced], place: &Vector3<f64>) -> f64 {
-    median(residuals(spaced, place).into_iter().map(f64::abs).collect())
+fn deviation(sized: &[Sized], place: &Vector3<f64>) -> f64 {
+    median(residuals(sized, place).into_iter().map(f64::abs).collect())
 }
 
-fn deviation_of(values: Vec<f64>) -> f64 {
-    let middle = median(values.clone());
-    median(values.into_iter().map(|v| (v - middle).abs()).collect())
-}
-
-fn middle(spaced: &[Spaced]) -> Vector3<f64> {
-    Vector3::from_fn(|axis, _| median(spaced.iter().map(|s| s.point[axis]).collect()))
-}
-
-/// Returns the upper median of a list that is not empty.
-fn median(mut values: Vec<f64>) -> f64 {
-    let half = values.len() / 2;
-    *values.select_nth_unstable_by(half, f64::total_cmp).1
+fn middle(sized: &[Sized]) -> Vector3<f64> {
+    Vector3::from_fn(|axis, _| median(sized.iter().map(|s| s.point[axis]).collect()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::random::Stream;
-    use crate::{NeighborIndex, Neighborhood, estimate_normals, narrow, view_of_turning};
+    use crate::{NeighborIndex, Neighborhood, Point, Scanner, Spacings, estimate_normals, narrow, view_of_scanner};
 
     /// What a scanner of `rings` rings sees of a ground and a round wall from `place`, with noise.
     fn sweep(place: Vector3<f64>, rings: i32) -> Vec<Point> {
@@ -175,7 +162,11 @@ mod tests {
     }
 
     fn turning(points: &[Point]) -> Option<Turning> {
-        crate::Spacings::sampled(points, 4000).turning()
+        match Spacings::sampled(points, 4000).scanner() {
+            Some(Scanner::Turning(turning)) => Some(turning),
+            Some(Scanner::Camera(camera)) => panic!("{camera:?}"),
+            None => None,
+        }
     }
 
     #[test]
@@ -193,7 +184,7 @@ mod tests {
             let index = NeighborIndex::new(&points);
             let estimated = estimate_normals(&points, &index, Neighborhood::Nearest(20));
             let normals: Vec<Point> = estimated.iter().map(|n| n.normal).collect();
-            let view = view_of_turning(&points, &normals, &index, 0.1, &turning(&points).unwrap());
+            let view = view_of_scanner(&points, &normals, &index, 0.1, &Scanner::Turning(turning(&points).unwrap()));
             assert!(view.viewpoint.xy().norm() < 2.0 && view.viewpoint.z > -1.5, "{rings}: {view:?}");
             assert!(view.sure && view.viewpoint.z < 4.0, "{rings}: {view:?}");
         }
