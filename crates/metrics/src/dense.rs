@@ -71,6 +71,12 @@ pub struct DenseAgreement {
 }
 
 impl DenseAgreement {
+    /// Returns the fraction of points that hover plus the fraction that occlude, each summed over both directions.
+    #[must_use]
+    pub fn contradictions(&self) -> f64 {
+        self.hover + self.occlusion
+    }
+
     /// Combines the measurements into one number: overlap, discounted for every contradiction.
     #[must_use]
     pub fn score(&self, rule: &DenseRule) -> Score {

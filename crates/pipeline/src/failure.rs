@@ -66,6 +66,20 @@ pub enum Failure {
         /// Mean distance of touching points, divided by the mean roughness of the surfaces.
         times: f64,
     },
+    /// The pose fits a coarse sample of the scans, but details that only the full scans show contradict it.
+    #[error(
+        "a pose found on a coarse sample is contradicted by details of the full scans: {:.1} % of their points float where \
+         the other scanner saw empty space or would have hidden what it saw, {:.1} % of those of the sample; more overlap \
+         or a rough pose to start from may help",
+        100.0 * many,
+        100.0 * few
+    )]
+    FloatingDetails {
+        /// Fraction of the points of the coarse sample that hover or occlude, summed over both directions.
+        few: f64,
+        /// The same of the full scans.
+        many: f64,
+    },
     /// The best pose has no more inliers than chance explains.
     #[error(
         "the best pose has {inliers} inliers of {matches} correspondences, no more than chance explains ({expected:.1} \

@@ -46,7 +46,7 @@ pub(crate) const POWERS_OF_PLANES: f64 = 15.0;
 /// Maximum confidence in a pose that only planes support and that correspondences do not distinguish from chance, …
 const FLAT_CONFIDENCE: f64 = 0.3;
 /// … and in one that much contradicts.
-const CONTRADICTED_CONFIDENCE: f64 = 0.3;
+pub(crate) const CONTRADICTED_CONFIDENCE: f64 = 0.3;
 /// Contradictions above this, as a fraction of the overlap, are many: right answers on real scans have at most 0.24, those
 /// on simulated sweeps of spinning LiDARs at most 0.22, and wrong ones that align the rings of two sweeps 0.22 to 0.54.
 const MANY_CONTRADICTIONS: f64 = 0.3;

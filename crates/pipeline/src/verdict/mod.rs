@@ -7,7 +7,7 @@
 mod calibration;
 mod significance;
 
-pub(crate) use calibration::POWERS_OF_PLANES;
+pub(crate) use calibration::{CONTRADICTED_CONFIDENCE, POWERS_OF_PLANES};
 pub use calibration::{Calibration, MAX_RESIDUAL_PR, N_TERMS, Predictors};
 pub(crate) use significance::Significance;
 
@@ -127,7 +127,7 @@ impl Evident {
             score,
             overlap: ranked.agreement.overlap,
             residual_pr: (ranked.agreement.residual / self.resolution).min(MAX_RESIDUAL_PR),
-            contradictions: ranked.agreement.hover + ranked.agreement.occlusion,
+            contradictions: ranked.agreement.contradictions(),
             disagreeing: ranked.agreement.disagreeing,
             runner_up: if score > 0.0 { (second / score).min(1.0) } else { 1.0 },
             log10_false_alarms: self.significance.log10_false_alarms,
