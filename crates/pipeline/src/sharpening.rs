@@ -96,14 +96,14 @@ impl Chain<'_, '_> {
     }
 }
 
-/// Returns the doubt if the many points contradict the pose, and more of them than of the few. `None` if much less of the
-/// many overlaps: then they are not the same surface in more detail, but rings with gaps in between, or their normals are
-/// on the wrong side.
+/// Returns the doubt if the many points contradict the pose, and more of them than of the few. `None` if they do not show the
+/// same surface in more detail: if much less of them overlaps (rings with gaps in between, normals on the wrong side), or if
+/// more of their normals disagree (noise, which the few average out).
 fn floating_details(few: &DenseAgreement, many: &DenseAgreement) -> Option<Failure> {
     let [few_floating, many_floating] = [few, many].map(DenseAgreement::contradictions);
     let is_more = many_floating > few_floating && many_floating > MIN_FLOATING;
-    let is_same = many.overlap > SAME_SURFACE * few.overlap;
-    (is_more && is_same).then_some(Failure::FloatingDetails { few: few_floating, many: many_floating })
+    let is_detailed = many.overlap > SAME_SURFACE * few.overlap && many.disagreeing <= few.disagreeing;
+    (is_more && is_detailed).then_some(Failure::FloatingDetails { few: few_floating, many: many_floating })
 }
 
 /// Returns the distance between the surfaces where they touch as a multiple of their roughness, if it is too large.
@@ -143,8 +143,10 @@ mod tests {
         let refutes = |few: f64, many: f64| floating_details(&floating(0.6, few), &floating(0.5, many));
         assert!(matches!(refutes(0.02, 0.12), Some(Failure::FloatingDetails { .. })));
         assert!(refutes(0.15, 0.12).is_none() && refutes(0.01, 0.04).is_none() && refutes(0.01, 0.01).is_none());
-        // Of rings, or with normals on the wrong side, much less overlaps.
+        // Of rings, or with normals on the wrong side, much less overlaps; under noise more normals disagree.
         assert!(floating_details(&floating(0.8, 0.02), &floating(0.4, 0.12)).is_none());
+        let noisy = DenseAgreement { disagreeing: 0.1, ..floating(0.5, 0.12) };
+        assert!(floating_details(&floating(0.6, 0.02), &noisy).is_none());
     }
 
     fn touch(residual: f64, overlap: f64, disagreeing: f64) -> DenseAgreement {
