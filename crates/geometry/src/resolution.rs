@@ -3,7 +3,7 @@
 use crate::neighbors::blocks::{Block, LANES};
 use crate::neighbors::{lesser, nearest_others};
 use crate::random::Stream;
-use crate::view::Spaced as Offset;
+use crate::view::Spaced;
 use crate::{Neighbor, NeighborIndex, OrderedPoints, Point, Scanner, wide};
 use multiversion::multiversion;
 use rayon::prelude::*;
@@ -44,9 +44,9 @@ pub fn resolution(points: &[Point], index: &NeighborIndex) -> Option<Resolution>
 #[must_use]
 pub fn resolution_at(points: &[Point], index: &NeighborIndex, queries: usize) -> Option<Resolution> {
     let asked = drawn(points.len(), queries);
-    let spaced = if 2 * asked.len() >= points.len() { Spaced::new(points, index) } else { None };
-    let distances_sq: Vec<f32> = match spaced {
-        Some(spaced) => spaced.nearest_others_sq(&asked),
+    let sorted = if 2 * asked.len() >= points.len() { Sorted::new(points, index) } else { None };
+    let distances_sq: Vec<f32> = match sorted {
+        Some(sorted) => sorted.nearest_others_sq(&asked),
         None => asked.par_iter().filter_map(|&i| nearest_other_sq(points, index, i)).collect(),
     };
     measured(distances_sq, points.len() <= queries)
@@ -89,7 +89,7 @@ impl<'a> Spacings<'a> {
         let place = |i: u32| wide(self.points[i as usize]);
         let measured = self.asked.iter().zip(&self.nearest);
         let elsewhere = measured.filter(|(_, other)| other.distance_sq > 0.0 && other.distance_sq.is_finite());
-        let spaced = elsewhere.map(|(&i, other)| Offset { point: place(i), offset: place(other.index) - place(i) });
+        let spaced = elsewhere.map(|(&i, other)| Spaced { point: place(i), offset: place(other.index) - place(i) });
         Scanner::of(&spaced.collect::<Vec<_>>())
     }
 }
@@ -139,19 +139,19 @@ const SIDE: f64 = 4.5;
 const WITHIN: f64 = 0.998;
 
 /// A cloud sorted into cells that are wider than the distance between its points.
-struct Spaced {
+struct Sorted {
     ordered: OrderedPoints,
     side: f64,
 }
 
-impl Spaced {
+impl Sorted {
     /// Returns `None` if points are crowded, or have no others.
     fn new(points: &[Point], index: &NeighborIndex) -> Option<Self> {
         let some = (0..points.len() as u32).step_by(points.len().div_ceil(GUESSED_AT).max(1));
         let mut distances_sq: Vec<f32> = some.filter_map(|i| nearest_other_sq(points, index, i)).collect();
         distances_sq.sort_by(f32::total_cmp);
         let side = SIDE * f64::from(*distances_sq.get(distances_sq.len() / 2)?).sqrt();
-        Some(Spaced { ordered: OrderedPoints::unless_crowded(points, side)?, side })
+        Some(Sorted { ordered: OrderedPoints::unless_crowded(points, side)?, side })
     }
 
     /// Returns the squared distances from the points `asked` (positions) to their nearest other points, in their order.

@@ -7,6 +7,7 @@
 mod chain;
 mod collection;
 mod config;
+mod details;
 mod failure;
 mod gauge;
 mod judging;

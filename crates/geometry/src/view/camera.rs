@@ -5,7 +5,7 @@
 //! of the depth move the points along their rays, so they do not disturb this: the camera is determined to a small
 //! fraction of its distance, and a scan that was resampled is recognised by what is left unexplained.
 
-use super::scanner::{Spaced, deviation_of, median};
+use super::scanner::{Spaced, Weighted, deviation_of, median, weighted};
 use nalgebra::{Matrix4, Matrix6, RowVector6, Vector3, Vector4, Vector6};
 
 /// Maximum median deviation of the logarithm of the spacings that a camera may leave unexplained: at most 0.006 for
@@ -29,10 +29,6 @@ const MAX_POINTS: usize = 800;
 const DEPTH_ROUNDS: usize = 10;
 const ROUNDS: usize = 30;
 const SETTLED: f64 = 1e-6;
-/// Residual, in standard deviations, at which the weight of a point is one half.
-const HALF_WEIGHT: f64 = 1.5;
-/// Standard deviation of a normal distribution, as a multiple of the median deviation.
-const SIGMA: f64 = 1.4826;
 
 /// A camera that sampled a scan.
 #[derive(Clone, Copy, Debug)]
@@ -84,9 +80,9 @@ impl Camera {
         for _ in 0..ROUNDS {
             let across = aside_of(&self.axis);
             let seen: Vec<Seen> = spaced.iter().map(|s| self.seen(s)).collect();
-            let weights = Weights::of(seen.iter().map(|s| s.log_spacing).collect());
+            let weights = weighted(seen.iter().map(|s| s.log_spacing).collect());
             let (mut left, mut right) = (Matrix6::zeros(), Vector6::zeros());
-            for (seen, (weight, residual)) in seen.iter().zip(weights.0) {
+            for (seen, Weighted { weight, residual }) in seen.iter().zip(weights) {
                 let row = seen.row(&self.axis, &across, radius);
                 left += weight * row.transpose() * row;
                 right += weight * residual * row.transpose();
@@ -131,18 +127,6 @@ impl Seen {
     }
 }
 
-/// A weight and a residual for each point.
-struct Weights(Vec<(f64, f64)>);
-
-impl Weights {
-    fn of(logarithms: Vec<f64>) -> Weights {
-        let middle = median(logarithms.clone());
-        let sigma = (SIGMA * deviation_of(logarithms.clone())).max(1e-9);
-        let weight = |residual: f64| 1.0 / (1.0 + (residual / (HALF_WEIGHT * sigma)).powi(2));
-        Weights(logarithms.into_iter().map(|v| v - middle).map(|residual| (weight(residual), residual)).collect())
-    }
-}
-
 /// Returns the camera that looks at the middle of the points along the direction in which the spacings grow most evenly:
 /// they are a linear function of the position, zero in the plane of the camera.
 fn by_depth(spaced: &[Spaced], middle: &Vector3<f64>, radius: f64) -> Option<Camera> {
@@ -161,9 +145,8 @@ fn by_depth(spaced: &[Spaced], middle: &Vector3<f64>, radius: f64) -> Option<Cam
         let expected: Vec<f64> = spaced.iter().map(|s| plane.dot(&place(s)).max(1e-3)).collect();
         logarithms =
             spacings.iter().zip(&expected).map(|(spacing, expected)| (spacing / unit / expected).ln()).collect();
-        let robust = Weights::of(logarithms.clone());
-        weights =
-            robust.0.iter().zip(&expected).map(|((weight, _), expected)| weight / (expected * expected)).collect();
+        let robust = weighted(logarithms.clone());
+        weights = robust.iter().zip(&expected).map(|(w, expected)| w.weight / (expected * expected)).collect();
     }
     let (growth, axis) = (plane.xyz().norm(), plane.xyz().try_normalize(1e-9)?);
     let camera = Camera { place: middle - axis * (radius * plane.w / growth), axis };
@@ -236,6 +219,26 @@ mod tests {
         let loose: Vec<Vector3<f64>> =
             (0..5000).map(|_| Vector3::new(stream.unit(), stream.unit(), 0.1 * stream.unit())).collect();
         assert!(found(&moved(&loose, &Isometry3::identity())).is_none());
+    }
+
+    #[test]
+    fn the_derivatives_are_those_of_the_logarithm() {
+        let axis = Vector3::new(0.2, -0.3, 0.9).normalize();
+        let camera = Camera { place: Vector3::new(0.3, 0.1, -2.0), axis };
+        let spaced = Spaced { point: Vector3::new(0.5, -0.4, 1.0), offset: Vector3::new(0.02, 0.01, -0.03) };
+        let (across, radius) = (aside_of(&axis), 1.7);
+        let row = camera.seen(&spaced).row(&axis, &across, radius);
+        let logarithm = |place: Vector3<f64>, axis: Vector3<f64>| Camera { place, axis }.seen(&spaced).log_spacing;
+        let step = 1e-6;
+        let slope = |at: &dyn Fn(f64) -> f64| (at(step) - at(-step)) / (2.0 * step);
+        for direction in 0..3 {
+            let moved = |t: f64| logarithm(camera.place + radius * t * Vector3::ith(direction, 1.0), axis);
+            assert!((row[1 + direction] - slope(&moved)).abs() < 1e-6, "{direction}: {row}");
+        }
+        for (direction, across) in across.iter().enumerate() {
+            let turned = |t: f64| logarithm(camera.place, (axis + t * across).normalize());
+            assert!((row[4 + direction] - slope(&turned)).abs() < 1e-6, "{direction}: {row}");
+        }
     }
 
     #[test]

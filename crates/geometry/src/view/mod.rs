@@ -1,12 +1,12 @@
 //! The viewpoint of a scan, estimated from its points alone.
 //!
 //! A scanner that turns in equal steps, or samples on a grid in an image, leaves points whose spacing gives its place away
-//! (see [`Scanner`]). Otherwise the surface has to: seen from one side it hides nothing from there, its normals can all be turned towards it without
-//! tearing neighbours apart, and they face it on average. That settles an axis. Its sign is settled by convexity: on the
-//! whole, scanned objects bulge towards the scanner; of planes that says nothing. What does not fit a far viewpoint is
-//! tried with near ones (a room seen from within), and what fits none is taken for a closed model. So is what hides much
-//! of itself from every side, nevertheless seems to have been seen from outside, and bulges once its signs have been
-//! propagated.
+//! (see [`Scanner`]). Otherwise the surface has to: seen from one side it hides nothing from there, its normals can all be
+//! turned towards it without tearing neighbours apart, and they face it on average. That settles an axis. Its sign is
+//! settled by convexity: on the whole, scanned objects bulge towards the scanner; of planes that says nothing. What does
+//! not fit a far viewpoint is tried with near ones (a room seen from within), and what fits none is taken for a closed
+//! model. So is what hides much of itself from every side, nevertheless seems to have been seen from outside, and bulges
+//! once its signs have been propagated.
 
 mod camera;
 mod cloud;
@@ -52,7 +52,7 @@ const FAR: f64 = 30.0;
 /// What a scan looks like from its viewpoint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ViewKind {
-    /// Seen from one side: a range scan of an object.
+    /// Seen from one side: a range scan of an object, a frame of a camera.
     OneSide,
     /// Seen from a near viewpoint.
     Near,

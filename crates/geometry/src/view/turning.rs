@@ -5,7 +5,7 @@
 //! least. The points of one ring of a spinning LiDAR are in proportion to their distance from its axis, so that the place
 //! along the axis is hardly determined; see `Turning::places`.
 
-use super::scanner::{Spaced, deviation_of, median};
+use super::scanner::{Spaced, Weighted, deviation_of, median, weighted};
 use nalgebra::{Matrix4, Vector3, Vector4};
 
 /// Minimum median deviation of the logarithm of the spacings: below it, all points are about equally far from a scanner,
@@ -23,10 +23,6 @@ const SETTLED: f64 = 1e-3;
 /// Minimum number of points from which a place is determined, and the number from which on some are passed over.
 const MIN_POINTS: usize = 200;
 const MAX_POINTS: usize = 1500;
-/// Residual, in standard deviations, at which the weight of a point is one half.
-const HALF_WEIGHT: f64 = 1.5;
-/// Standard deviation of a normal distribution, as a multiple of the median deviation.
-const SIGMA: f64 = 1.4826;
 /// Maximum logarithm of the deviation at a place over the least one.
 const MAX_EXCESS: f64 = 0.7;
 
@@ -88,12 +84,9 @@ impl Turning {
 /// fall with the residual.
 fn settle(sized: &[Sized], mut place: Vector3<f64>) -> Vector3<f64> {
     for _ in 0..ROUNDS {
-        let residuals = residuals(sized, &place);
-        let sigma = (SIGMA * median(residuals.iter().map(|r| r.abs()).collect())).max(1e-6);
         let (mut left, mut right) = (Matrix4::zeros(), Vector4::zeros());
-        for (Sized { point, .. }, residual) in sized.iter().zip(&residuals) {
+        for (Sized { point, .. }, Weighted { weight, residual }) in sized.iter().zip(weighted(ratios(sized, &place))) {
             let away = point - place;
-            let weight = 1.0 / (1.0 + (residual / (HALF_WEIGHT * sigma)).powi(2));
             let slope = -away / away.norm_squared().max(f64::MIN_POSITIVE);
             let row = Vector4::new(1.0, slope.x, slope.y, slope.z);
             left += weight * row * row.transpose();
@@ -119,17 +112,15 @@ fn settle(sized: &[Sized], mut place: Vector3<f64>) -> Vector3<f64> {
     place
 }
 
-/// Returns the logarithms of spacing over distance from a place, less their median.
-fn residuals(sized: &[Sized], place: &Vector3<f64>) -> Vec<f64> {
+/// Returns the logarithms of spacing over distance from a place.
+fn ratios(sized: &[Sized], place: &Vector3<f64>) -> Vec<f64> {
     let ratio = |s: &Sized| s.log_spacing - 0.5 * (s.point - place).norm_squared().max(f64::MIN_POSITIVE).ln();
-    let ratios: Vec<f64> = sized.iter().map(ratio).collect();
-    let middle = median(ratios.clone());
-    ratios.into_iter().map(|ratio| ratio - middle).collect()
+    sized.iter().map(ratio).collect()
 }
 
-/// Returns the median deviation of the logarithms from their median.
+/// Returns the median deviation of these logarithms.
 fn deviation(sized: &[Sized], place: &Vector3<f64>) -> f64 {
-    median(residuals(sized, place).into_iter().map(f64::abs).collect())
+    deviation_of(ratios(sized, place))
 }
 
 fn middle(sized: &[Sized]) -> Vector3<f64> {
