@@ -1,10 +1,10 @@
 //! A registration as JSON and as a summary for people.
 
-use crate::layers::all_settings;
 use crate::reasons::Reasons;
 use congruent_geometry::{Length, Oriented, to_rows};
 use congruent_pipeline::{Agreement, Counts, Pair, PipelineConfig, Registration, Settings, Signs, Verdict};
 use congruent_report::{digits, pose_rows};
+use congruent_settings::all_settings;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;

@@ -12,7 +12,7 @@ pub(super) fn run(command: &ConfigCommand) -> Result<ExitCode> {
             output::data(configuration::MEMBERS.trim_end())?;
         }
         ConfigCommand::Show { preset, explain: false, .. } => {
-            output::data(configuration::preset(preset)?.trim_end())?;
+            output::data(congruent_settings::preset(preset)?.trim_end())?;
         }
         ConfigCommand::Show { preset, explain: true, folder, config, set, seed } => {
             let named = Sources::named(config.as_deref());

@@ -296,7 +296,7 @@ mod tests {
         let text = what_is_read(&set("seed=3").unwrap()[0].1).unwrap();
         assert!(text.starts_with("seed = 3\n") && text.contains("[matcher.ratio]\nkeep = 0.3\n"), "{text}");
         assert!(["metric", "pool", "refinement"].iter().all(|name| !text.contains(&format!("[{name}"))), "{text}");
-        assert!(configuration::parse(&text, "page").is_ok(), "{text}");
+        assert!(congruent_settings::parse(&text, "page").is_ok(), "{text}");
     }
 
     #[test]
