@@ -1,14 +1,12 @@
 //! Between arrays of NumPy and our types.
 
-use congruent_geometry::{RigidTransform, from_rows, to_rows};
+use congruent_geometry::{RigidTransform, to_rows};
+use congruent_io::Motion;
 use numpy::{
     AllowTypeChange, Element, PyArray1, PyArray2, PyArrayLike1, PyArrayLike2, PyArrayMethods, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-
-/// Maximum distance (Frobenius norm) of a pose's 3×3 part from a rotation: that of a matrix written with five digits.
-const ROTATION_TOLERANCE: f64 = 1e-3;
 
 /// Returns the rows of an array with three columns, or of what NumPy turns into one; `what` is for the message.
 pub(crate) fn rows_of_three(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<[f64; 3]>> {
@@ -25,7 +23,7 @@ pub(crate) fn rows_of_three(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Ve
 /// Returns three numbers: a position or a direction.
 pub(crate) fn three(given: &Bound<'_, PyAny>, what: &str) -> PyResult<[f64; 3]> {
     let numbers: Option<PyArrayLike1<'_, f64, AllowTypeChange>> = given.extract().ok();
-    let three = numbers.and_then(|numbers| numbers.as_array().as_slice().and_then(|numbers| numbers.try_into().ok()));
+    let three = numbers.and_then(|numbers| numbers.as_array().to_vec().try_into().ok());
     three.ok_or_else(|| PyValueError::new_err(format!("{what}: three numbers are expected, not {given}")))
 }
 
@@ -49,12 +47,8 @@ pub(crate) fn pose(given: &Bound<'_, PyAny>, what: &str) -> PyResult<RigidTransf
     }
     let numbers = numbers.as_array();
     let rows = std::array::from_fn(|row| std::array::from_fn(|column| numbers[[row, column]]));
-    let pose = from_rows(&rows, ROTATION_TOLERANCE).filter(|_| rows[3] == [0.0, 0.0, 0.0, 1.0]);
-    pose.ok_or_else(|| {
-        PyValueError::new_err(format!(
-            "{what}: the matrix is not a rigid motion; its upper left 3x3 must be a rotation, its last row 0 0 0 1"
-        ))
-    })
+    let motion = Motion::nearest(&rows, Motion::WARN_ABOVE);
+    motion.map(|motion| motion.pose).map_err(|fault| PyValueError::new_err(format!("{what}: {fault}")))
 }
 
 fn numbers<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<PyArrayLike2<'py, f64, AllowTypeChange>> {

@@ -2,7 +2,7 @@
 
 use crate::arrays::{pose, three};
 use congruent_geometry::Length;
-use congruent_pipeline::{Guess, PipelineConfig, Preset, Prior};
+use congruent_pipeline::{Guess, MAX_TILT, PipelineConfig, Preset, Prior, tilt};
 use congruent_settings::{Assignment, Layers, SettingsError, Text, preset};
 use nalgebra::{Unit, Vector3};
 use pyo3::exceptions::PyValueError;
@@ -75,7 +75,14 @@ pub(crate) fn prior(
             .filter(|up| up.iter().all(|v| v.is_finite()))
             .ok_or_else(|| PyValueError::new_err(format!("up: {up:?} is not a direction")))
     };
-    Ok(Prior { guess, up: up.map(direction).transpose()? })
+    let up = up.map(direction).transpose()?;
+    if let Some(tilt) = guess.as_ref().map(|guess| tilt(&guess.target_from_source, up)).filter(|tilt| *tilt > MAX_TILT)
+    {
+        let (tilt, most) = (tilt.to_degrees(), MAX_TILT.to_degrees());
+        let message = format!("init: tilts the source by {tilt:.1} degrees, but with up at most {most:.1} are allowed");
+        return Err(PyValueError::new_err(message));
+    }
+    Ok(Prior { guess, up })
 }
 
 /// Runs work on so many threads (all of the machine by default), without holding the interpreter.

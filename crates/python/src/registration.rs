@@ -6,7 +6,6 @@ use crate::scan::Given;
 use congruent_geometry::Scan;
 use congruent_pipeline::{Agreement, Fit, Pair, refine_traced, register_within};
 use numpy::PyArray2;
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -151,7 +150,7 @@ pub(crate) fn refine(
 ) -> PyResult<Registration> {
     let config = self::config(config, settings, seed)?;
     let prior = prior(Some(init), max_rotation, max_translation, up)?;
-    let guess = prior.guess.ok_or_else(|| PyValueError::new_err("init: a pose is needed"))?;
+    let guess = prior.guess.expect("a prior has the pose that it was made of");
     let scans = Pair { source: Given::new(source, "source")?, target: Given::new(target, "target")? };
     registered(py, threads, &scans, |source, target| {
         refine_traced(Pair { source, target }, &guess, prior.up, &config, &|_| ()).0

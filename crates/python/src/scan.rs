@@ -121,10 +121,7 @@ impl Given {
 
 fn cleaned(raw: &RawScan) -> Result<congruent_geometry::Scan, ScanError> {
     // The corners of a CAD model say little about its surface.
-    match samples_of_coarse_mesh(raw) {
-        Some(samples) => congruent_geometry::Scan::new(&samples),
-        None => congruent_geometry::Scan::new(raw),
-    }
+    congruent_geometry::Scan::new(samples_of_coarse_mesh(raw).as_ref().unwrap_or(raw))
 }
 
 fn unreadable(error: IoError) -> PyErr {

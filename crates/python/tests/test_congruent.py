@@ -129,8 +129,10 @@ class Register(unittest.TestCase):
             (lambda: congruent.register(SOURCE[:, :2], TARGET), "source: an array of shape (n, 3)"),
             (lambda: congruent.register(SOURCE[:2], TARGET), "source: "),
             (lambda: congruent.register(SOURCE, None), "target: a two-dimensional array"),
-            (lambda: congruent.register(SOURCE, TARGET, init=mirror), "not a rigid motion"),
+            (lambda: congruent.register(SOURCE, TARGET, init=mirror), "init: the upper left 3x3 part"),
             (lambda: congruent.register(SOURCE, TARGET, init=np.eye(3)), "(4, 4)"),
+            (lambda: congruent.register(SOURCE, TARGET, init=TRUTH.T), "init: the last row is"),
+            (lambda: congruent.register(SOURCE, TARGET, init=TRUTH, up=(0, 0, 1)), "tilts the source"),
             (lambda: congruent.register(SOURCE, TARGET, max_rotation=5), "give init"),
             (lambda: congruent.register(SOURCE, TARGET, init=np.eye(4), max_translation="5"), "max_translation"),
             (lambda: congruent.register(SOURCE, TARGET, init=np.eye(4), max_rotation=np.nan), "max_rotation"),
@@ -171,9 +173,9 @@ class Scans(unittest.TestCase):
         np.testing.assert_array_equal(scan.points, points)
         np.testing.assert_array_equal(scan.normals, up)
         self.assertEqual(list(scan.viewpoint), [1.0, 2.0, 3.0])
-        again = congruent.Scan(scan.points, scan.normals, triangles=scan.triangles, viewpoint=np.array([1, 2, 3]))
+        again = congruent.Scan(scan.points, scan.normals, triangles=scan.triangles, viewpoint=np.arange(1, 7).reshape(3, 2)[:, 0])
         np.testing.assert_array_equal(again.triangles, [[0, 1, 2]])
-        self.assertEqual(again.viewpoint, scan.viewpoint)
+        self.assertEqual(list(again.viewpoint), [1.0, 3.0, 5.0])
 
 
 class Reconstruct(unittest.TestCase):
