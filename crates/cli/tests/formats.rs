@@ -91,7 +91,7 @@ fn without_loose_points(scan: &RawScan) -> RawScan {
     used.dedup();
     let place = |i: &u32| used.binary_search(i).unwrap() as u32;
     RawScan {
-        points: used.iter().map(|&i| scan.points[i as usize]).collect(),
+        points: used.iter().map(|&i| scan.points.at(i as usize)).collect(),
         triangles: scan.triangles.iter().map(|t| t.each_ref().map(place)).collect(),
         ..RawScan::default()
     }

@@ -30,11 +30,11 @@ fn looks(stretch: [f64; 3]) -> Looks {
     let (one, two) = (scan_pair(&mesh, &scanner(0), &scanner(1), 1), scan_pair(&mesh, &scanner(1), &scanner(2), 1));
     let from_first =
         [RigidTransform::identity(), one.target_from_source, two.target_from_source * one.target_from_source];
-    Looks { scans: vec![one.source.points, one.target.points, two.target.points], from_first }
+    Looks { scans: [one.source, one.target, two.target].map(|scan| scan.points.to_vec()).to_vec(), from_first }
 }
 
 fn put(folder: &Path, name: &str, points: &[[f64; 3]]) {
-    write_ply(&folder.join(name), points, None, &[]).unwrap();
+    write_ply(&folder.join(name), &points.to_vec().into(), None, &[]).unwrap();
 }
 
 fn reconstruct(folder: &Path, output: &Path, more: &[&str]) -> Output {

@@ -121,7 +121,7 @@ fn saved_stages_are_read_again_and_give_the_same_winner() {
 #[test]
 fn positions_of_points_and_bare_coordinates_are_estimated_from() {
     let folder = Folder::with_scans();
-    let points = read_scan(&folder.path("source.ply")).unwrap().points;
+    let points = read_scan(&folder.path("source.ply")).unwrap().points.to_vec();
     // The source with itself: every point stays where it was.
     let some = || (0..points.len()).step_by(97);
     folder.write("pairs.txt", &some().map(|i| format!("{i} {i}\n")).collect::<String>());
@@ -141,7 +141,7 @@ fn positions_of_points_and_bare_coordinates_are_estimated_from() {
 #[test]
 fn a_pose_in_tiny_coordinates_is_printed_with_its_digits() {
     let folder = Folder::with_scans();
-    let points = read_scan(&folder.path("source.ply")).unwrap().points;
+    let points = read_scan(&folder.path("source.ply")).unwrap().points.to_vec();
     // In units of ten million, moved along x by 2e-5.
     let tiny = |p: &[f64; 3]| p.map(|v| v * 1e-7);
     let line = |[x, y, z]: [f64; 3]| format!("{x:?} {y:?} {z:?} {:?} {y:?} {z:?}\n", x + 2e-5);

@@ -36,7 +36,8 @@ pub fn samples_of_coarse_mesh(raw: &RawScan) -> Option<RawScan> {
     if area <= 0.0 || !area.is_finite() || large < MOSTLY * area {
         return None;
     }
-    let (mut points, mut normals) = (Vec::with_capacity(SAMPLES), Vec::with_capacity(SAMPLES));
+    let mut points: Vec<[f64; 3]> = Vec::with_capacity(SAMPLES);
+    let mut normals = Vec::with_capacity(SAMPLES);
     let (mut end, mut taken) = (0.0, 0usize);
     for triangle in &triangles {
         end += triangle.area;
@@ -48,7 +49,7 @@ pub fn samples_of_coarse_mesh(raw: &RawScan) -> Option<RawScan> {
         }
     }
     let (viewpoint, unread) = (raw.viewpoint, raw.unread.clone());
-    Some(RawScan { points, normals: Some(normals), triangles: Vec::new(), viewpoint, unread })
+    Some(RawScan { points: points.into(), normals: Some(normals), triangles: Vec::new(), viewpoint, unread })
 }
 
 fn mostly_corners(raw: &RawScan) -> bool {
@@ -65,7 +66,7 @@ struct Triangle {
 impl Triangle {
     /// `None` if a corner is not finite or the triangle has no area.
     fn new(raw: &RawScan, corners: &[u32; 3]) -> Option<Triangle> {
-        let corners = corners.map(|i| Vector3::from(raw.points[i as usize]));
+        let corners = corners.map(|i| Vector3::from(raw.points.at(i as usize)));
         let [a, b, c] = corners;
         let area = 0.5 * (b - a).cross(&(c - a)).norm();
         (area > 0.0 && area.is_finite()).then_some(Triangle { corners, area })
@@ -131,7 +132,7 @@ mod tests {
         mesh.triangles.clear();
         assert!(samples_of_coarse_mesh(&mesh).is_none());
         let mut broken = cuboid();
-        broken.points.iter_mut().for_each(|p| p[0] = f64::NAN);
+        broken.points.edited().iter_mut().for_each(|p| p[0] = f64::NAN);
         assert!(samples_of_coarse_mesh(&broken).is_none());
     }
 }

@@ -5,6 +5,7 @@
 
 mod bounds;
 mod coarse_mesh;
+mod coordinates;
 mod distant;
 mod fit;
 mod flatness;
@@ -27,6 +28,7 @@ mod view;
 mod voxel;
 
 pub use coarse_mesh::samples_of_coarse_mesh;
+pub use coordinates::Coordinates;
 pub use fit::{fit_three, fit_weighted};
 pub use flatness::{MOSTLY_FLAT, flatness};
 pub use length::{Length, LengthError};

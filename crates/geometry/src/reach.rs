@@ -19,8 +19,8 @@ pub(crate) struct Reach {
 impl Reach {
     /// Returns the reach of `n` finite points; infinite where nearly all of them coincide. However many points are at
     /// one place, it counts once: a scan may have the coordinates of "nothing was measured" in a third of its pixels.
-    pub(crate) fn of<'a>(points: impl Iterator<Item = &'a [f64; 3]>, n: usize) -> Reach {
-        let mut sample: Vec<[f64; 3]> = points.step_by(n.div_ceil(SAMPLED).max(1)).copied().collect();
+    pub(crate) fn of(points: impl Iterator<Item = [f64; 3]>, n: usize) -> Reach {
+        let mut sample: Vec<[f64; 3]> = points.step_by(n.div_ceil(SAMPLED).max(1)).collect();
         sample.sort_unstable_by(|a, b| {
             let by_axis = |axis: usize| a[axis].total_cmp(&b[axis]);
             by_axis(0).then_with(|| by_axis(1)).then_with(|| by_axis(2))
@@ -56,7 +56,7 @@ mod tests {
     use crate::random::Stream;
 
     fn reach(points: &[[f64; 3]]) -> Reach {
-        Reach::of(points.iter(), points.len())
+        Reach::of(points.iter().copied(), points.len())
     }
 
     #[test]

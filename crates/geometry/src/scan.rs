@@ -2,18 +2,18 @@
 
 use crate::reach::Reach;
 use crate::repeated::repeated;
-use crate::{Point, RigidTransform, narrow, wide};
+use crate::{Coordinates, Point, RigidTransform, narrow, wide};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 /// Minimum number of points that one thread centres at a time.
 const POINTS_AT_A_TIME: usize = 4096;
 
-/// The contents of a file, unchanged: file coordinates in `f64`, and every point, including invalid ones.
+/// The contents of a file, unchanged: file coordinates, and every point, including invalid ones.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RawScan {
     /// File coordinates.
-    pub points: Vec<[f64; 3]>,
+    pub points: Coordinates,
     /// One for each point, of any length, if the file has them.
     pub normals: Option<Vec<Point>>,
     /// Faces split into triangles of point positions, each below the number of points. Empty for a point cloud.
@@ -29,13 +29,13 @@ impl RawScan {
     /// Returns the same scan moved rigidly, including normals and viewpoint.
     #[must_use]
     pub fn moved(&self, motion: &RigidTransform) -> RawScan {
-        let placed = |&p: &[f64; 3]| (motion * Point3::from(p)).into();
+        let placed = |p: [f64; 3]| (motion * Point3::from(p)).into();
         let turned = |&n: &Point| narrow(&(motion.rotation * wide(n)));
         RawScan {
             points: self.points.iter().map(placed).collect(),
             normals: self.normals.as_ref().map(|normals| normals.iter().map(turned).collect()),
             triangles: self.triangles.clone(),
-            viewpoint: self.viewpoint.as_ref().map(placed),
+            viewpoint: self.viewpoint.map(placed),
             unread: self.unread.clone(),
         }
     }
@@ -99,12 +99,22 @@ impl Scan {
     /// If there are not as many normals as points, or a triangle refers to a point that does not exist: the caller must
     /// ensure both.
     pub fn new(raw: &RawScan) -> Result<Scan, ScanError> {
-        assert!(raw.normals.as_ref().is_none_or(|n| n.len() == raw.points.len()), "one normal a point");
-        let finite = |p: &&[f64; 3]| p.iter().all(|v| v.is_finite());
-        let n_finite = raw.points.iter().filter(finite).count();
-        let reach = Reach::of(raw.points.iter().filter(finite), n_finite);
-        let of_scan = |p: &&[f64; 3]| finite(p) && reach.holds(p);
-        let (low, high) = bounds(raw.points.iter().filter(of_scan));
+        match &raw.points {
+            Coordinates::Single(points) => Scan::of(points, raw),
+            Coordinates::Double(points) => Scan::of(points, raw),
+        }
+    }
+
+    /// Cleans the scan, given its points.
+    fn of<T: Copy + Into<f64> + Sync>(raw_points: &[[T; 3]], raw: &RawScan) -> Result<Scan, ScanError> {
+        let n_points = raw_points.len();
+        assert!(raw.normals.as_ref().is_none_or(|n| n.len() == n_points), "one normal a point");
+        let finite = |p: &[f64; 3]| p.iter().all(|v| v.is_finite());
+        let all = || raw_points.iter().map(|p| p.map(Into::into));
+        let n_finite = all().filter(finite).count();
+        let reach = Reach::of(all().filter(finite), n_finite);
+        let of_scan = |p: &[f64; 3]| finite(p) && reach.holds(p);
+        let (low, high) = bounds(all().filter(of_scan));
         let extent = (high - low).max();
         if n_finite > 1 && extent > 0.0 && !(1e-9..=1e12).contains(&extent) {
             return Err(ScanError::Extent { extent });
@@ -113,20 +123,23 @@ impl Scan {
         let distinguish = snapping(extent);
 
         // Dropped points become NaN.
-        let centred = |p: &[f64; 3]| match of_scan(&p) {
-            true => narrow(&(Vector3::from(*p) - origin).map(&distinguish)).map(|v| v + 0.0),
-            false => [f32::NAN; 3],
+        let centred = |p: &[T; 3]| {
+            let p = p.map(Into::into);
+            match of_scan(&p) {
+                true => narrow(&(Vector3::from(p) - origin).map(&distinguish)).map(|v| v + 0.0),
+                false => [f32::NAN; 3],
+            }
         };
-        let mut points: Vec<Point> = raw.points.par_iter().with_min_len(POINTS_AT_A_TIME).map(centred).collect();
+        let mut points: Vec<Point> = raw_points.par_iter().with_min_len(POINTS_AT_A_TIME).map(centred).collect();
         let left_out = points.iter().filter(|p| p[0].is_nan()).count();
         let repeated = repeated(&points);
         repeated.iter().for_each(|&(i, _)| points[i as usize] = [f32::NAN; 3]);
         let kept: Vec<bool> = points.iter().map(|p| !p[0].is_nan()).collect();
         points.retain(|p| !p[0].is_nan());
-        let non_finite = raw.points.len() - n_finite;
+        let non_finite = n_points - n_finite;
         let dropped = Dropped { non_finite, duplicates: repeated.len(), far: left_out - non_finite };
         if points.len() < 3 {
-            return Err(ScanError::TooFewPoints { distinct: points.len(), total: raw.points.len() });
+            return Err(ScanError::TooFewPoints { distinct: points.len(), total: n_points });
         }
         let normals = raw.normals.as_ref().map(|all| {
             let of_kept = all.iter().zip(&kept).filter(|(_, kept)| **kept);
@@ -139,7 +152,7 @@ impl Scan {
             repeated.iter().for_each(|&(i, first)| new_index[i as usize] = new_index[first as usize]);
             raw.triangles.iter().filter_map(|t| renumbered(t, &new_index)).collect()
         };
-        let finite_viewpoint = raw.viewpoint.filter(|v| finite(&v));
+        let finite_viewpoint = raw.viewpoint.filter(finite);
         let viewpoint = finite_viewpoint.map(|v| Vector3::from(v) - origin);
         Ok(Scan { origin, points, normals, triangles, viewpoint, dropped })
     }
@@ -199,15 +212,14 @@ impl Scan {
     /// Returns the side lengths of the bounding box.
     #[must_use]
     pub fn extent(&self) -> Vector3<f64> {
-        let wide: Vec<[f64; 3]> = self.points.iter().map(|p| p.map(f64::from)).collect();
-        let (low, high) = bounds(wide.iter());
+        let (low, high) = bounds(self.points.iter().map(|p| p.map(f64::from)));
         high - low
     }
 }
 
-fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 3]>) -> (Vector3<f64>, Vector3<f64>) {
+fn bounds(points: impl Iterator<Item = [f64; 3]>) -> (Vector3<f64>, Vector3<f64>) {
     let none = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-    points.fold(none, |(low, high), p| (low.inf(&Vector3::from(*p)), high.sup(&Vector3::from(*p))))
+    points.fold(none, |(low, high), p| (low.inf(&Vector3::from(p)), high.sup(&Vector3::from(p))))
 }
 
 /// Returns the new position of each point that is kept; `u32::MAX` for the others.
@@ -245,7 +257,7 @@ mod tests {
     use crate::without_strays;
 
     fn cloud(points: &[[f64; 3]]) -> RawScan {
-        RawScan { points: points.to_vec(), ..RawScan::default() }
+        RawScan { points: points.to_vec().into(), ..RawScan::default() }
     }
 
     #[test]
@@ -259,9 +271,9 @@ mod tests {
         };
         let quarter = RigidTransform::new(Vector3::new(0.0, 0.0, 5.0), Vector3::z() * std::f64::consts::FRAC_PI_2);
         let moved = scan.moved(&quarter);
-        assert!((Vector3::from(moved.points[0]) - Vector3::new(0.0, 1.0, 5.0)).norm() < 1e-12);
+        assert!((Vector3::from(moved.points.at(0)) - Vector3::new(0.0, 1.0, 5.0)).norm() < 1e-12);
         assert!((wide(moved.normals.as_ref().unwrap()[0]) - Vector3::y()).norm() < 1e-6);
-        assert_eq!(moved.viewpoint, Some(moved.points[0]));
+        assert_eq!(moved.viewpoint, moved.points.get(0));
         assert_eq!((moved.triangles, moved.unread), (scan.triangles, scan.unread));
     }
 
@@ -275,7 +287,8 @@ mod tests {
                 [0.0, 0.0, -0.0],
                 [0.0, 4.0, 0.0],
                 [0.0, f64::INFINITY, 1.0],
-            ],
+            ]
+            .into(),
             normals: Some(vec![
                 [0.0, 0.0, 2.0],
                 [1.0, 0.0, 0.0],
@@ -340,10 +353,11 @@ mod tests {
         for extent in [1e-9, 2.0, 1e12] {
             let half = 0.5 * extent;
             let points = vec![[half, 0.0, 0.0], [half, 1e-30, 0.0], [-half, 0.0, 0.0], [-half, 0.0, 1e-15 * extent]];
-            let pairs = Scan::new(&RawScan { points: points.clone(), ..RawScan::default() });
+            let pairs = Scan::new(&RawScan { points: points.clone().into(), ..RawScan::default() });
             assert_eq!(pairs.unwrap_err(), ScanError::TooFewPoints { distinct: 2, total: 4 });
             let near = [[half, 2e-12 * extent, 0.0], [0.0, half, 0.0], [0.0, -half, 0.0]];
-            let scan = Scan::new(&RawScan { points: [points, near.to_vec()].concat(), ..RawScan::default() }).unwrap();
+            let scan =
+                Scan::new(&RawScan { points: [points, near.to_vec()].concat().into(), ..RawScan::default() }).unwrap();
             assert_eq!((scan.points().len(), scan.dropped().duplicates), (5, 2));
             let measured = crate::resolution_sampled(scan.points(), 10).unwrap();
             assert!(measured.median > 0.0 && without_strays(&scan, &measured).is_none());

@@ -65,7 +65,7 @@ mod tests {
         points.extend((0..n_strays).map(|_| std::array::from_fn(|_| stream.between(-1.5, 1.5))));
         let last = points.len() as u32 - 1;
         let triangles = vec![[0, 1, 100], [0, 1, last.min(10_000)]];
-        Scan::new(&RawScan { points, triangles, ..RawScan::default() }).unwrap()
+        Scan::new(&RawScan { points: points.into(), triangles, ..RawScan::default() }).unwrap()
     }
 
     #[test]
@@ -88,7 +88,8 @@ mod tests {
             // A patch, whose points are not isolated, and a single point on the other side.
             points.extend((0..200).map(|i| [30.0, 30.0 + f64::from(i % 20) / 50.0, 30.0 + f64::from(i / 20) / 50.0]));
             points.push([-40.0; 3]);
-            let cleaned = cleaned(&Scan::new(&RawScan { points, ..RawScan::default() }).unwrap()).unwrap();
+            let cleaned =
+                cleaned(&Scan::new(&RawScan { points: points.into(), ..RawScan::default() }).unwrap()).unwrap();
             assert!(cleaned.extent().max() < 4.0);
             assert!((10_000..=10_000 + n_strays / 5).contains(&cleaned.points().len()), "{}", cleaned.points().len());
         }
@@ -100,8 +101,8 @@ mod tests {
         assert!(cleaned(&bowl_and_dust(1)).is_none());
         let all_at_random = |n: usize| {
             let mut stream = Stream::new(6, 0);
-            let points = (0..n).map(|_| std::array::from_fn(|_| stream.between(-1.0, 1.0))).collect();
-            Scan::new(&RawScan { points, ..RawScan::default() }).unwrap()
+            let points: Vec<[f64; 3]> = (0..n).map(|_| std::array::from_fn(|_| stream.between(-1.0, 1.0))).collect();
+            Scan::new(&RawScan { points: points.into(), ..RawScan::default() }).unwrap()
         };
         for n in [3, 4, 9, 500, 5000] {
             assert!(cleaned(&all_at_random(n)).is_none_or(|cleaned| 2 * cleaned.points().len() >= n), "{n}");

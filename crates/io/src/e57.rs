@@ -4,7 +4,7 @@
 //! without end are refused before.
 
 use crate::content::Content;
-use crate::gathered::{Gathered, Keep};
+use crate::gathered::{Gathered, Keep, Precision};
 use congruent_geometry::RawScan;
 use e57::{CartesianCoordinate, E57Reader, E57Writer, PointCloud, Record, RecordDataType, RecordValue, Transform};
 use std::io::{Cursor, Read, Seek};
@@ -29,7 +29,7 @@ pub(crate) fn read(mut file: Content, keep: Keep) -> Result<RawScan, String> {
     file.rewind().map_err(|error| error.to_string())?;
     let mut reader = E57Reader::new(file).map_err(|error| way_out("header", &error))?;
     let clouds = reader.pointclouds();
-    let mut scan = Gathered::new(keep);
+    let mut scan = Gathered::new(keep, Precision::Double);
     for (at, cloud) in (1..).zip(&clouds) {
         let place = format!("scan {at} of {}", clouds.len());
         check(cloud, &place)?;
@@ -88,7 +88,7 @@ pub(crate) fn encode(scan: &RawScan) -> Result<Vec<u8>, String> {
     let mut cloud = writer.add_pointcloud(&guid(scan, 1), fields).map_err(failed)?;
     let translation = e57::Translation { x, y, z };
     cloud.set_transform(scan.viewpoint.map(|_| Transform { translation, ..Transform::default() }));
-    for point in &scan.points {
+    for point in scan.points.iter() {
         let local = [point[0] - x, point[1] - y, point[2] - z];
         cloud.add_point(local.map(RecordValue::Double).to_vec()).map_err(failed)?;
     }
@@ -101,7 +101,7 @@ pub(crate) fn encode(scan: &RawScan) -> Result<Vec<u8>, String> {
 /// A name that only the content decides (Fowler, Noll and Vo's hash): the same scan gives the same bytes.
 fn guid(scan: &RawScan, salt: u64) -> String {
     let hash = |seed: u64| {
-        let bits = scan.points.iter().flatten().map(|v| v.to_bits());
+        let bits = scan.points.iter().flatten().map(f64::to_bits);
         bits.fold(0xCBF2_9CE4_8422_2325 ^ seed, |hash, bits| (hash ^ bits).wrapping_mul(0x0100_0000_01B3))
     };
     let (a, b) = (hash(2 * salt), hash(2 * salt + 1));

@@ -1,6 +1,6 @@
 //! The points of a file as they are read: all of them, or one for each cell of a grid.
 
-use congruent_geometry::{Point, RawScan};
+use congruent_geometry::{Coordinates, Point, RawScan};
 use rustc_hash::FxHashMap;
 
 /// Which points of a file are kept.
@@ -14,40 +14,64 @@ pub(crate) enum Keep {
 
 /// Points that were kept so far, with their normals if every point has one.
 pub(crate) struct Gathered {
-    points: Vec<[f64; 3]>,
+    points: Coordinates,
     normals: Option<Vec<Point>>,
     grid: Option<Grid>,
 }
 
+/// What the numbers of a file need.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Precision {
+    /// Each coordinate is an `f32`.
+    Single,
+    Double,
+}
+
 impl Gathered {
-    /// Without points, for points without normals.
-    pub(crate) fn new(keep: Keep) -> Self {
+    /// Without points, for points without normals whose coordinates need this precision.
+    pub(crate) fn new(keep: Keep, precision: Precision) -> Self {
         let grid = match keep {
             Keep::All => None,
             Keep::OnePerCell(leaf) => Some(Grid::new(leaf)),
         };
-        Gathered { points: Vec::new(), normals: None, grid }
+        let points = match precision {
+            Precision::Single => Coordinates::Single(Vec::new()),
+            Precision::Double => Coordinates::Double(Vec::new()),
+        };
+        Gathered { points, normals: None, grid }
     }
 
     /// Without points, for points with normals.
-    pub(crate) fn with_normals(keep: Keep) -> Self {
-        Gathered { normals: Some(Vec::new()), ..Gathered::new(keep) }
+    pub(crate) fn with_normals(keep: Keep, precision: Precision) -> Self {
+        Gathered { normals: Some(Vec::new()), ..Gathered::new(keep, precision) }
     }
 
     /// Allocates memory for so many points of the file, if all are kept.
     pub(crate) fn reserve(&mut self, n: usize) {
         if self.grid.is_none() {
-            self.points.reserve(n);
+            match &mut self.points {
+                Coordinates::Single(points) => points.reserve(n),
+                Coordinates::Double(points) => points.reserve(n),
+            }
             self.normals.iter_mut().for_each(|normals| normals.reserve(n));
+        }
+    }
+
+    /// All points so far, if they are kept in `f32` and without more: whoever has others may put them there.
+    pub(crate) fn plain(&mut self) -> Option<&mut Vec<[f32; 3]>> {
+        match (&self.grid, &self.normals, &mut self.points) {
+            (None, None, Coordinates::Single(points)) => Some(points),
+            _ => None,
         }
     }
 
     /// Adds points without normals.
     #[inline]
     pub(crate) fn extend(&mut self, points: impl Iterator<Item = [f64; 3]>) {
-        match self.grid {
-            None => self.points.extend(points),
-            Some(_) => points.for_each(|point| _ = self.push(point, None)),
+        match (&self.grid, &mut self.points) {
+            (None, Coordinates::Single(kept)) => kept.extend(points.map(single)),
+            (None, Coordinates::Double(kept)) => kept.extend(points),
+            (Some(_), _) => points.for_each(|point| _ = self.push(point, None)),
         }
     }
 
@@ -65,12 +89,18 @@ impl Gathered {
         let normals = self.normals.as_mut().zip(normal);
         match place {
             Place::New => {
-                self.points.push(point);
+                match &mut self.points {
+                    Coordinates::Single(points) => points.push(single(point)),
+                    Coordinates::Double(points) => points.push(point),
+                }
                 normals.into_iter().for_each(|(normals, normal)| normals.push(normal));
                 Some(self.points.len() - 1)
             }
             Place::Nearer(kept) => {
-                self.points[kept] = point;
+                match &mut self.points {
+                    Coordinates::Single(points) => points[kept] = single(point),
+                    Coordinates::Double(points) => points[kept] = point,
+                }
                 normals.into_iter().for_each(|(normals, normal)| normals[kept] = normal);
                 Some(kept)
             }
@@ -85,6 +115,12 @@ impl Gathered {
     }
 }
 
+/// A point whose coordinates are all `f32`, as one.
+#[inline]
+fn single(point: [f64; 3]) -> [f32; 3] {
+    point.map(|v| v as f32)
+}
+
 impl Keep {
     /// Keeps the points that are to be kept of a scan that was read whole.
     ///
@@ -94,10 +130,17 @@ impl Keep {
         if matches!(self, Keep::All) {
             return scan;
         }
-        let mut kept = scan.normals.as_ref().map_or_else(|| Gathered::new(self), |_| Gathered::with_normals(self));
+        let precision = match scan.points {
+            Coordinates::Single(_) => Precision::Single,
+            Coordinates::Double(_) => Precision::Double,
+        };
         let normals = scan.normals.as_ref();
+        let mut kept = match normals {
+            None => Gathered::new(self, precision),
+            Some(_) => Gathered::with_normals(self, precision),
+        };
         let points = scan.points.iter().enumerate();
-        let kept_as: Vec<_> = points.map(|(i, point)| kept.push(*point, normals.map(|normals| normals[i]))).collect();
+        let kept_as: Vec<_> = points.map(|(i, point)| kept.push(point, normals.map(|normals| normals[i]))).collect();
         let corner = |&i: &u32| kept_as[i as usize].map(|kept| kept as u32);
         let triangle = |[a, b, c]: &[u32; 3]| Some([corner(a)?, corner(b)?, corner(c)?]);
         let is_left = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
@@ -134,7 +177,7 @@ impl Grid {
     }
 
     /// Finds the place of a point among the points that are kept, and takes the cell for it if that is free.
-    fn place(&mut self, point: &[f64; 3], points: &[[f64; 3]]) -> Place {
+    fn place(&mut self, point: &[f64; 3], points: &Coordinates) -> Place {
         if !point.iter().all(|v| v.is_finite()) {
             return Place::Nowhere;
         }
@@ -142,7 +185,7 @@ impl Grid {
         match points.get(kept) {
             None => Place::New,
             // Equally near ones are ordered by their coordinates, so that the order of the file does not matter.
-            Some(other) if (self.distance_sq(point), point) < (self.distance_sq(other), other) => Place::Nearer(kept),
+            Some(other) if (self.distance_sq(point), *point) < (self.distance_sq(&other), other) => Place::Nearer(kept),
             Some(_) => Place::Farther(kept),
         }
     }
@@ -167,7 +210,7 @@ mod tests {
     use super::*;
 
     fn gathered(points: &[[f64; 3]], leaf: f64) -> RawScan {
-        let mut gathered = Gathered::with_normals(Keep::OnePerCell(leaf));
+        let mut gathered = Gathered::with_normals(Keep::OnePerCell(leaf), Precision::Double);
         for point in points {
             gathered.push(*point, Some(point.map(|v| v as f32)));
         }
@@ -192,7 +235,7 @@ mod tests {
                 *best = *point;
             }
         }
-        let mut sorted = kept.points.clone();
+        let mut sorted = kept.points.to_vec();
         sorted.sort_by(|a, b| a.partial_cmp(b).unwrap());
         let mut expected: Vec<_> = nearest.into_values().collect();
         expected.sort_by(|a, b| a.partial_cmp(b).unwrap());
@@ -210,15 +253,15 @@ mod tests {
             points.sort_by(|a, b| a.partial_cmp(b).unwrap());
             points
         };
-        let forwards = sorted(gathered(&points, 1.0).points);
+        let forwards = sorted(gathered(&points, 1.0).points.to_vec());
         points.reverse();
-        assert_eq!(forwards, sorted(gathered(&points, 1.0).points));
+        assert_eq!(forwards, sorted(gathered(&points, 1.0).points.to_vec()));
     }
 
     #[test]
     fn thinning_again_changes_nothing() {
         let once = gathered(&sheet(), 1.3);
-        assert_eq!(gathered(&once.points, 1.3), once);
+        assert_eq!(gathered(&once.points.to_vec(), 1.3), once);
         assert_eq!(Keep::OnePerCell(1.3).of(once.clone()), once);
     }
 
@@ -256,9 +299,10 @@ mod tests {
         assert_eq!(coarse.triangles.len(), 8);
         assert_eq!(coarse.viewpoint, mesh.viewpoint);
         let normals = coarse.normals.as_ref().unwrap();
-        let number = |p: &[f64; 3]| (9.0 * p[1] + p[0]) as f32;
+        let number = |p: [f64; 3]| (9.0 * p[1] + p[0]) as f32;
         assert!(coarse.points.iter().zip(normals).all(|(point, normal)| number(point) == normal[0]));
-        let broken = RawScan { points: vec![[0.0; 3], [5.0; 3], [f64::NAN; 3]], triangles: vec![[0, 1, 2]], ..coarse };
+        let broken =
+            RawScan { points: vec![[0.0; 3], [5.0; 3], [f64::NAN; 3]].into(), triangles: vec![[0, 1, 2]], ..coarse };
         let broken = Keep::OnePerCell(1.0).of(RawScan { normals: None, ..broken });
         assert_eq!((broken.points.len(), broken.triangles.len()), (2, 0));
     }

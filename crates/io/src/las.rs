@@ -7,7 +7,7 @@
 
 use crate::blanked::Blanked;
 use crate::content::Content;
-use crate::gathered::{Gathered, Keep};
+use crate::gathered::{Gathered, Keep, Precision};
 use congruent_geometry::RawScan;
 use std::io::{self, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -40,7 +40,7 @@ pub(crate) fn read(file: Content, keep: Keep) -> Result<RawScan, String> {
     let (promised, is_compressed) = (header.number_of_points(), header.point_format().is_compressed);
     rewound(&mut file)?;
     let mut reader = las::Reader::new(file).map_err(|error| way_out("header", &error))?;
-    let mut scan = Gathered::new(keep);
+    let mut scan = Gathered::new(keep, Precision::Double);
     let mut held = 0;
     loop {
         let place = || format!("points {} to {}", held + 1, (held as u64 + BLOCK).min(promised));
@@ -166,7 +166,7 @@ pub(crate) fn step(scan: &RawScan) -> f64 {
 }
 
 fn finite(scan: &RawScan) -> Vec<[f64; 3]> {
-    scan.points.iter().filter(|p| p.iter().all(|v| v.is_finite())).copied().collect()
+    scan.points.iter().filter(|p| p.iter().all(|v| v.is_finite())).collect()
 }
 
 /// Finite points only, with the offset near them; nothing else.
@@ -195,7 +195,7 @@ mod tests {
     /// Corners of a box around a place.
     fn corners(middle: f64, extent: f64) -> RawScan {
         let ends = [middle - extent / 2.0, middle + extent / 2.0];
-        RawScan { points: ends.map(|v| [v, -v, 3.0]).to_vec(), ..RawScan::default() }
+        RawScan { points: ends.map(|v| [v, -v, 3.0]).to_vec().into(), ..RawScan::default() }
     }
 
     #[test]
@@ -208,7 +208,7 @@ mod tests {
                 let read: Vec<_> = block.x().zip(block.y()).zip(block.z()).map(|((x, y), z)| [x, y, z]).collect();
                 // Half a step, and what an f64 so far from zero rounds.
                 let tolerance = 0.51 * step(&scan) + 4.0 * f64::EPSILON * place.abs();
-                let is_near = |(a, b): (&[f64; 3], &[f64; 3])| a.iter().zip(b).all(|(a, b)| (a - b).abs() < tolerance);
+                let is_near = |(a, b): ([f64; 3], &[f64; 3])| a.iter().zip(b).all(|(a, b)| (a - b).abs() < tolerance);
                 assert!(scan.points.iter().zip(&read).all(is_near), "{:?} became {read:?}", scan.points);
             }
         }

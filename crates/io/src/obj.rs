@@ -34,36 +34,36 @@ pub(crate) fn read(file: Window) -> Result<RawScan, String> {
     let mut lines = text::Lines::of(file);
     let totals = Totals::of(&mut lines);
     lines.rewind().map_err(|error| error.to_string())?;
-    let mut scan = RawScan::default();
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
     let mut normals: Vec<[f32; 3]> = Vec::new();
     let mut normal_of: Vec<Option<u32>> = Vec::new();
     let mut corners = Vec::new();
     while let Some((at, line)) = lines.next_uncommented() {
         let mut words = text::words(line);
         match words.next() {
-            Some(b"v") => scan.points.push(text::three(&mut words, at)?),
+            Some(b"v") => points.push(text::three(&mut words, at)?),
             Some(b"vn") => normals.push(text::three(&mut words, at)?.map(|v| v as f32)),
             Some(b"f") => {
                 corners.clear();
                 for word in words {
-                    let (vertex, normal) = corner(word, at, &totals, [scan.points.len(), normals.len()])?;
+                    let (vertex, normal) = corner(word, at, &totals, [points.len(), normals.len()])?;
                     corners.push(vertex);
                     if let Some(normal) = normal {
                         normal_of.resize(totals.vertices, None);
                         normal_of[vertex as usize].get_or_insert(normal);
                     }
                 }
-                scan.triangles.extend(text::fan(&corners));
+                triangles.extend(text::fan(&corners));
             }
             _ => {}
         }
     }
-    scan.normals = if !normal_of.is_empty() {
+    let normals = if !normal_of.is_empty() {
         Some(normal_of.iter().map(|normal| normal.map_or([0.0; 3], |i| normals[i as usize])).collect())
     } else {
-        (!normals.is_empty() && normals.len() == scan.points.len()).then_some(normals)
+        (!normals.is_empty() && normals.len() == points.len()).then_some(normals)
     };
-    Ok(scan)
+    Ok(RawScan { points: points.into(), normals, triangles, ..RawScan::default() })
 }
 
 /// How many of each the whole file holds: faces may come before their vertices.
@@ -111,7 +111,7 @@ fn position(part: &[u8], what: &str, at: usize, total: usize, so_far: usize) -> 
 pub(crate) fn encode(scan: &RawScan) -> Vec<u8> {
     let mut file = String::new();
     // Writing to a string cannot fail.
-    for [x, y, z] in &scan.points {
+    for [x, y, z] in scan.points.iter() {
         let _ = writeln!(file, "v {x:?} {y:?} {z:?}");
     }
     for [x, y, z] in scan.normals.iter().flatten() {

@@ -44,20 +44,20 @@ pub(crate) fn read(file: Window) -> Result<RawScan, String> {
             "the header promises {promised} {what}, the file ends after {held}; it is cut short, copy or export it again"
         )
     };
-    let mut scan = RawScan { normals: has_normals.then(Vec::new), ..RawScan::default() };
+    let (mut points, mut triangles, mut normals) = (Vec::new(), Vec::new(), has_normals.then(Vec::new));
     for held in 0..n_vertices {
         let (at, line) = lines.next_uncommented().ok_or_else(|| ends("vertices", n_vertices, held))?;
         let mut words = text::words(line);
-        scan.points.push(text::three(&mut words, at)?);
-        if let Some(normals) = &mut scan.normals {
+        points.push(text::three(&mut words, at)?);
+        if let Some(normals) = &mut normals {
             normals.push(text::three(&mut words, at)?.map(|v| v as f32));
         }
     }
     for held in 0..n_faces {
         let (at, line) = lines.next_uncommented().ok_or_else(|| ends("faces", n_faces, held))?;
-        scan.triangles.extend(text::fan(&corners(line, at, n_vertices)?));
+        triangles.extend(text::fan(&corners(line, at, n_vertices)?));
     }
-    Ok(scan)
+    Ok(RawScan { points: points.into(), normals, triangles, ..RawScan::default() })
 }
 
 fn counts(line: &[u8], at: usize) -> Result<[usize; 2], String> {

@@ -4,7 +4,7 @@
 //! the file before it sees a point.
 
 use crate::content::Content;
-use crate::gathered::{Gathered, Keep};
+use crate::gathered::{Gathered, Keep, Precision};
 use congruent_geometry::RawScan;
 use pcd_rs::{DataKind, DynReader, DynRecord, DynWriter, Field, PcdMeta, ValueKind, ViewPoint, WriterInit};
 use std::io::{BufReader, Cursor, Read, Seek};
@@ -39,7 +39,10 @@ pub(crate) fn read(file: Content, keep: Keep) -> Result<RawScan, String> {
     check_size(&meta, usize::try_from(length.saturating_sub(start)).unwrap_or(usize::MAX), &sizes)?;
     let columns = Columns::of(&meta)?;
 
-    let mut scan = columns.normal.map_or_else(|| Gathered::new(keep), |_| Gathered::with_normals(keep));
+    let mut scan = match columns.normal {
+        None => Gathered::new(keep, columns.precision(&meta)),
+        Some(_) => Gathered::with_normals(keep, columns.precision(&meta)),
+    };
     file.rewind().map_err(refused)?;
     let records = DynReader::from_reader(file).map_err(|error| way_out(&error))?;
     for (at, record) in (1..).zip(records) {
@@ -115,6 +118,13 @@ impl Columns {
         let is_read = |at: &usize| point.contains(at) || normal.is_some_and(|normal| normal.contains(at));
         let unread = (0..names.len()).filter(|at| !is_read(at)).map(|at| names[at].to_owned()).collect();
         Ok(Columns { point, normal, unread })
+    }
+
+    /// What the coordinates need; a text may have more digits than the type of its numbers.
+    fn precision(&self, meta: &PcdMeta) -> Precision {
+        let is_single = |&column: &usize| meta.field_defs[column].kind == ValueKind::F32;
+        let is_text = matches!(meta.data, DataKind::Ascii);
+        if !is_text && self.point.iter().all(is_single) { Precision::Single } else { Precision::Double }
     }
 }
 

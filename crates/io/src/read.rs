@@ -19,8 +19,9 @@ use std::path::Path;
 /// * LAS and LAZ: coordinates from scale and offset.
 /// * E57: all scans of the file, each moved by its pose, as one.
 ///
-/// A file is never in memory as a whole, only its points are, 24 bytes each, 36 with a normal, and 12 for each triangle. An
-/// OBJ file is gone through twice, because faces may come before their vertices. A pipe is taken into memory first.
+/// A file is never in memory as a whole, only its points are: 12 bytes each from a binary file of `f32`, 24 from any other,
+/// 12 more with a normal, and 12 for each triangle. An OBJ file is gone through twice, because faces may come before their
+/// vertices. A pipe is taken into memory first.
 ///
 /// [`RawScan::viewpoint`] comes from a PLY file's camera or comments (`view_px view_py view_pz`), from a PCD file's
 /// `VIEWPOINT` and from the pose of an E57 file's only scan, where these are not just the default.
@@ -42,7 +43,7 @@ use std::path::Path;
 ///      0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n",
 /// )?;
 /// let scan = congruent_io::read_scan(&path)?;
-/// assert_eq!(scan.points[2], [1.0, 1.0, 0.0]);
+/// assert_eq!(scan.points.at(2), [1.0, 1.0, 0.0]);
 /// assert_eq!(scan.triangles, [[0, 1, 2], [0, 2, 3]]);
 ///
 /// let error = congruent_io::read_scan(&folder.path().join("absent.ply")).unwrap_err();
@@ -147,7 +148,7 @@ mod tests {
     fn the_content_decides_not_the_extension() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scan.txt");
-        crate::write_ply(&path, &[[1.0, 2.0, 3.0]], None, &[]).unwrap();
+        crate::write_ply(&path, &vec![[1.0, 2.0, 3.0]].into(), None, &[]).unwrap();
         assert_eq!(read_scan(&path).unwrap().points, [[1.0, 2.0, 3.0]]);
     }
 }

@@ -122,7 +122,7 @@ fn collect(file: &mut (impl Read + Seek)) -> Result<RawScan, String> {
         format!("facet {facet}: {error}; repair the file or export it again")
     };
     let facets = stl_io::create_stl_reader(file).map_err(|error| fault(1, &error))?;
-    let mut scan = RawScan::default();
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
     let mut index_of: HashMap<[u32; 3], u32> = HashMap::new();
     for (at, facet) in (1..).zip(facets) {
         let facet = facet.map_err(|error| fault(at, &error))?;
@@ -130,19 +130,19 @@ fn collect(file: &mut (impl Read + Seek)) -> Result<RawScan, String> {
             // Adding zero turns -0 into +0, so that equal numbers have equal bits.
             let corner = corner.0.map(|v| v + 0.0);
             *index_of.entry(corner.map(f32::to_bits)).or_insert_with(|| {
-                scan.points.push(corner.map(f64::from));
-                (scan.points.len() - 1) as u32
+                points.push(corner);
+                (points.len() - 1) as u32
             })
         });
-        scan.triangles.push(triangle);
+        triangles.push(triangle);
     }
-    Ok(scan)
+    Ok(RawScan { points: points.into(), triangles, ..RawScan::default() })
 }
 
 /// Binary, with facet normals from the corners.
 pub(crate) fn encode(scan: &RawScan) -> Vec<u8> {
     let facets = scan.triangles.iter().map(|triangle| {
-        let corners = triangle.map(|i| scan.points[i as usize]);
+        let corners = triangle.map(|i| scan.points.at(i as usize));
         let [a, b, c] = corners.map(nalgebra::Vector3::from);
         let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(nalgebra::Vector3::zeros);
         stl_io::Triangle {

@@ -98,6 +98,23 @@ impl Window {
         true
     }
 
+    /// Copies what comes next, past the buffer as far as it is empty; how many bytes there were.
+    pub(crate) fn copy_to(&mut self, into: &mut [u8]) -> usize {
+        let mut held = (self.end - self.start).min(into.len());
+        into[..held].copy_from_slice(&self.bytes()[..held]);
+        self.pass(held);
+        while held < into.len() {
+            // Whoever opened the file is told of an error by the content.
+            let n = self.content.read(&mut into[held..]).unwrap_or(0);
+            if n == 0 {
+                break;
+            }
+            held += n;
+            self.unread = self.unread.saturating_sub(n as u64);
+        }
+        held
+    }
+
     /// Goes back to the file's beginning, with no byte read yet.
     pub(crate) fn rewind(&mut self) -> io::Result<()> {
         (self.start, self.end, self.unread) = (0, 0, self.content.length());

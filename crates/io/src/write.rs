@@ -1,6 +1,7 @@
 //! Writing a file whole or not at all.
 
 use crate::IoError;
+use congruent_geometry::Coordinates;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -18,8 +19,11 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
 }
 
 /// Whether coordinates lose nothing as `f32`.
-pub(crate) fn fits_float(points: &[[f64; 3]]) -> bool {
-    points.iter().flatten().all(|&v| v.is_nan() || f64::from(v as f32) == v)
+pub(crate) fn fits_float(points: &Coordinates) -> bool {
+    match points {
+        Coordinates::Single(_) => true,
+        Coordinates::Double(points) => points.iter().flatten().all(|&v| v.is_nan() || f64::from(v as f32) == v),
+    }
 }
 
 fn put(path: &Path, bytes: &[u8]) -> io::Result<()> {

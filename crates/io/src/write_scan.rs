@@ -65,7 +65,7 @@ pub enum Loss {
 /// # let folder = tempfile::tempdir()?;
 /// use congruent_io::{Loss, read_scan, write_scan};
 /// let scan = congruent_geometry::RawScan {
-///     points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+///     points: vec![[0.0f64; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].into(),
 ///     triangles: vec![[0, 1, 2]],
 ///     ..Default::default()
 /// };

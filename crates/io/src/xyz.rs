@@ -7,7 +7,7 @@
 //! they have length one (or zero) in every line; other columns are passed over.
 
 use crate::error::excerpt;
-use crate::gathered::{Gathered, Keep};
+use crate::gathered::{Gathered, Keep, Precision};
 use crate::text;
 use crate::window::Window;
 use congruent_geometry::RawScan;
@@ -36,7 +36,7 @@ fn is_point(line: &[u8], columns: &Columns) -> bool {
 pub(crate) fn read(file: Window, keep: Keep) -> Result<RawScan, String> {
     let mut lines = text::Lines::of(file);
     let mut delimiter = None;
-    let mut scan = Gathered::with_normals(keep);
+    let mut scan = Gathered::with_normals(keep, Precision::Double);
     let mut is_begun = false;
     let mut header: Option<Columns> = None;
     while let Some((line, content)) = lines.next() {

@@ -13,13 +13,20 @@ const MAX_SKEW: f64 = 1e-3;
 pub struct Evidence {
     pub(crate) source: [Vec<f32>; 3],
     pub(crate) target: [Vec<f32>; 3],
-    /// The pairs after the last whole register, with zeros in the other lanes.
-    pub(crate) rest_of_source: [[f32; LANES]; 3],
-    pub(crate) rest_of_target: [[f32; LANES]; 3],
+    pub(crate) rest: Rest,
     /// Unit normals at the two points, or zero; empty if none were given.
     normals: Vec<(Point, Point)>,
     /// Local reference frames at the two points; empty if none were given.
     frames: Vec<Option<(Matrix3<f64>, Matrix3<f64>)>>,
+}
+
+/// The pairs after the last whole register, with zeros in the other lanes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Rest {
+    pub(crate) source: [[f32; LANES]; 3],
+    pub(crate) target: [[f32; LANES]; 3],
+    /// One in each lane that has a pair.
+    pub(crate) is_pair: [f32; LANES],
 }
 
 impl Evidence {
@@ -32,8 +39,11 @@ impl Evidence {
                 evidence.target[axis].push(q[axis]);
             }
         }
-        evidence.rest_of_source = evidence.source.each_ref().map(|axis| rest(axis));
-        evidence.rest_of_target = evidence.target.each_ref().map(|axis| rest(axis));
+        evidence.rest = Rest {
+            source: evidence.source.each_ref().map(|axis| rest(axis)),
+            target: evidence.target.each_ref().map(|axis| rest(axis)),
+            is_pair: rest(&vec![1.0; evidence.len()]),
+        };
         evidence
     }
 

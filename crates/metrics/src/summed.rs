@@ -1,6 +1,6 @@
 //! The one hot loop: the gains of the residuals of all pairs under a pose, summed.
 
-use crate::evidence::LANES;
+use crate::evidence::{LANES, Rest};
 use crate::motion::Motion;
 use crate::{Evidence, Kernel, Score};
 use congruent_geometry::RigidTransform;
@@ -101,11 +101,11 @@ fn add_gains<K: Kernel>(kernel: &K, pose: &Motion, evidence: &Evidence, sums: &m
             own[lane] += kernel.gain(residuals_sq[lane]);
         }
     }
-    let (p, q, left) = (&evidence.rest_of_source, &evidence.rest_of_target, px.1.len());
-    let residuals_sq = pose.residuals_sq([&p[0], &p[1], &p[2]], [&q[0], &q[1], &q[2]]);
+    let Rest { source, target, is_pair } = &evidence.rest;
+    let residuals_sq = pose.residuals_sq(source.each_ref(), target.each_ref());
     for lane in 0..LANES {
         let gain = kernel.gain(residuals_sq[lane]);
-        own[lane] += if lane < left { gain } else { 0.0 };
+        own[lane] += if is_pair[lane] > 0.0 { gain } else { 0.0 };
     }
     *sums = own;
 }

@@ -49,8 +49,8 @@ fn tiles(n: usize, dataset: &Path, folder: &Path) -> Result<(), Box<dyn Error>> 
     let pair = read_dataset(dataset, None)?.pairs.remove(0);
     let (source, target) = (read_scan(&pair.source_file)?, read_scan(&pair.target_file)?);
     let source = moved(&source, &pair.target_from_source);
-    let middle = target.points.iter().map(|p| Vector3::from(*p)).sum::<Vector3<f64>>() / target.points.len() as f64;
-    let reach = |scan: &RawScan| scan.points.iter().map(|p| (Vector3::from(*p) - middle).norm()).fold(0.0, f64::max);
+    let middle = target.points.iter().map(Vector3::from).sum::<Vector3<f64>>() / target.points.len() as f64;
+    let reach = |scan: &RawScan| scan.points.iter().map(|p| (Vector3::from(p) - middle).norm()).fold(0.0, f64::max);
     let side = 2.0 * reach(&source).max(reach(&target));
     let count = n.div_ceil(target.points.len());
     let along = (count as f64).sqrt().ceil() as usize;

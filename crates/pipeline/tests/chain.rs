@@ -387,7 +387,7 @@ fn corners_of_different_boxes_are_not_the_same() {
 
 #[test]
 fn scans_too_small_to_register_fail_with_a_reason() {
-    let tiny = RawScan { points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], ..RawScan::default() };
+    let tiny = RawScan { points: vec![[0.0f64; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].into(), ..RawScan::default() };
     let line = RawScan { points: (0..500).map(|i| [f64::from(i), 0.0, 0.0]).collect(), ..RawScan::default() };
     let coarse =
         PipelineConfig { sampling: SamplingConfig::VoxelGrid(VoxelGridConfig { leaf: Length::Units(1e6) }), ..paper() };

@@ -36,13 +36,14 @@ impl Scan {
         }
         let normals = normals.map(|normals| normals.iter().map(|n| narrow(&(*n).into())).collect());
         let triangles = triangles.map_or(Ok(Vec::new()), |given| self::triangles(given, points.len()))?;
+        let points = points.into();
         let viewpoint = viewpoint.map(|given| three(given, "viewpoint")).transpose()?;
         Ok(Scan { raw: Arc::new(RawScan { points, normals, triangles, viewpoint, unread: Vec::new() }) })
     }
 
     #[getter]
     fn points<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        array(py, &self.raw.points)
+        array(py, &self.raw.points.to_vec())
     }
 
     #[getter]
@@ -104,7 +105,7 @@ impl Given {
         } else if let Ok(path) = given.extract::<PathBuf>() {
             Content::File(path)
         } else {
-            Content::Scan(Arc::new(RawScan { points: rows_of_three(given, what)?, ..RawScan::default() }))
+            Content::Scan(Arc::new(RawScan { points: rows_of_three(given, what)?.into(), ..RawScan::default() }))
         };
         Ok(Given { what: what.to_owned(), content })
     }

@@ -127,7 +127,7 @@ fn before_a_wall(turn: f64, noise: RangeNoise, seed: u64) -> RawScan {
     let world_from_sensor = look_at(at, at - Vector3::z() * SIZE, Vector3::y());
     let mut scan = VirtualScanner { world_from_sensor, noise, ..scanner }.scan(&mesh, seed).cloud();
     // Only the middle, without the edges of the wall or of the image.
-    scan.points.retain(|p| p[0].abs() < 0.5 * SIZE && p[1].abs() < 0.25 * SIZE);
+    scan.points.edited().retain(|p| p[0].abs() < 0.5 * SIZE && p[1].abs() < 0.25 * SIZE);
     scan
 }
 

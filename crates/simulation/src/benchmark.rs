@@ -185,7 +185,7 @@ impl Benchmark {
     fn model(&self, group: u64, model: usize, stream: &mut Stream) -> Look {
         let mesh = &self.models[model];
         if self.kind == Kind::U3or {
-            let scan = RawScan { points: mesh.points.clone(), ..RawScan::default() };
+            let scan = RawScan { points: mesh.points.clone().into(), ..RawScan::default() };
             return Look { name: format!("model{model}.ply"), scan, world_from_scan: RigidTransform::identity() };
         }
         let (azimuth, elevation) = (stream.between(0.0, TAU), stream.between(0.0, 0.6));
@@ -204,7 +204,7 @@ impl Benchmark {
         let scanner = VirtualScanner { noise: self.kind.noise(), ..orbit };
         let seed = Stream::new(self.seed, item).below(u32::MAX).into();
         let RangeScan { points, world_from_sensor, .. } = scanner.scan(mesh, seed);
-        let scan = RawScan { points, ..RawScan::default() };
+        let scan = RawScan { points: points.into(), ..RawScan::default() };
         let scan = if self.kind.is_kinect() { cut_holes(&scan, KINECT_HOLES, seed) } else { scan };
         Look { name, scan, world_from_scan: world_from_sensor }
     }
@@ -271,7 +271,7 @@ fn pair(looks: &[Look], source: usize, target: usize, direction: Direction) -> G
 
 /// Returns the mean distance between neighbouring points; zero for fewer than two.
 fn spacing(scan: &RawScan) -> f64 {
-    let points: Vec<Point> = scan.points.iter().map(|&p| narrow(&p.into())).collect();
+    let points: Vec<Point> = scan.points.iter().map(|p| narrow(&p.into())).collect();
     resolution(&points, &NeighborIndex::new(&points)).map_or(0.0, |r| r.mean)
 }
 

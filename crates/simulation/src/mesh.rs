@@ -28,7 +28,7 @@ impl Mesh {
     /// Returns the whole surface as if it had been read from a file, without normals.
     #[must_use]
     pub fn into_raw(self) -> RawScan {
-        RawScan { points: self.points, triangles: self.triangles, ..RawScan::default() }
+        RawScan { points: self.points.into(), triangles: self.triangles, ..RawScan::default() }
     }
 
     /// Returns the same shape centred on the origin, with its longest side scaled to `side`; `None` for a mesh without

@@ -94,12 +94,12 @@ pub fn overlap(source: &RawScan, target: &RawScan, target_from_source: &RigidTra
     let origin = first_finite(target);
     let index = NeighborIndex::new(&relative(target, &origin));
     let radius_sq = radius * radius;
-    let is_met = |p: &[f64; 3]| {
-        let query = narrow(&(target_from_source * Point3::from(*p) - origin).coords);
+    let is_met = |p: [f64; 3]| {
+        let query = narrow(&(target_from_source * Point3::from(p) - origin).coords);
         let finite = query.iter().all(|v| v.is_finite());
         finite && index.nearest(&query).is_some_and(|hit| f64::from(hit.distance_sq) <= radius_sq)
     };
-    let n_met = source.points.par_iter().filter(|p| is_met(p)).count();
+    let n_met = (0..source.points.len()).into_par_iter().filter(|&i| is_met(source.points.at(i))).count();
     n_met as f64 / source.points.len().max(1) as f64
 }
 
@@ -112,11 +112,11 @@ fn mean_spacing(scan: &RawScan) -> Option<f64> {
 /// Returns a point to subtract before coordinates become `f32`.
 fn first_finite(scan: &RawScan) -> Vector3<f64> {
     let first = scan.points.iter().find(|p| p.iter().all(|v| v.is_finite()));
-    first.map_or_else(Vector3::zeros, |&p| p.into())
+    first.map_or_else(Vector3::zeros, Vector3::from)
 }
 
 fn relative(scan: &RawScan, origin: &Vector3<f64>) -> Vec<Point> {
-    let points = scan.points.iter().map(|&p| narrow(&(Vector3::from(p) - origin)));
+    let points = scan.points.iter().map(|p| narrow(&(Vector3::from(p) - origin)));
     points.filter(|p| p.iter().all(|v| v.is_finite())).collect()
 }
 
@@ -139,8 +139,8 @@ mod tests {
         let normal = sensor_from_world * Vector3::z();
         let on_plane = sensor_from_world * Point3::origin();
         assert!(pair.source.points.len() > 800 && pair.overlap > 0.99);
-        for p in &pair.source.points {
-            let p = pair.target_from_source * Point3::from(*p);
+        for p in pair.source.points.iter() {
+            let p = pair.target_from_source * Point3::from(p);
             assert!((p - on_plane).dot(&normal).abs() < 1e-9);
         }
     }
@@ -203,7 +203,7 @@ mod tests {
     #[test]
     fn nothing_overlaps_nothing() {
         let empty = RawScan::default();
-        let one = RawScan { points: vec![[1.0; 3], [f64::NAN; 3]], ..RawScan::default() };
+        let one = RawScan { points: vec![[1.0; 3], [f64::NAN; 3]].into(), ..RawScan::default() };
         let identity = RigidTransform::identity();
         assert_eq!(overlap(&empty, &one, &identity, 1.0), 0.0);
         assert_eq!(overlap(&one, &empty, &identity, 1.0), 0.0);

@@ -71,7 +71,7 @@ fn each_moved(scene: Scene, name: &str) -> Scene {
 /// Mirrors the source along one axis, as in a file whose axes are exchanged.
 fn mirrored(mut scene: Scene) -> Scene {
     let source = &mut scene.scans.source;
-    source.points.iter_mut().for_each(|p| p[0] = -p[0]);
+    source.points.edited().iter_mut().for_each(|p| p[0] = -p[0]);
     source.normals.iter_mut().flatten().for_each(|n| n[0] = -n[0]);
     // Mirroring turns counter-clockwise into clockwise.
     source.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));

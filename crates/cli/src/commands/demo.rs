@@ -60,8 +60,8 @@ pub(super) fn run(args: &DemoArgs) -> Result<ExitCode> {
     if let Outcome::Ok(found) = &aligned.registration.outcome {
         let pose = &found.target_from_source;
         write_moved(&directory.join(MOVED), &pair.source, pose)?;
-        let scans = Pair { source: pair.source.points.as_slice(), target: pair.target.points.as_slice() };
-        let picture = before_and_after(scans, Some(pose));
+        let points = Pair { source: &pair.source, target: &pair.target }.map(|scan| scan.points.to_vec());
+        let picture = before_and_after(points.as_ref().map(Vec::as_slice), Some(pose));
         write_file(&directory.join(PICTURE), picture.as_bytes())?;
     }
     say_what_next(directory, aligned.registration.verdict() == Verdict::Ok);
@@ -129,7 +129,8 @@ mod tests {
 
     #[test]
     fn only_the_files_of_an_earlier_demo_are_replaced() {
-        let scan = |x: f64| RawScan { points: vec![[x, 0.0, 0.1], [0.0, x, 0.0], [0.0, 0.0, x]], ..RawScan::default() };
+        let scan =
+            |x: f64| RawScan { points: vec![[x, 0.0, 0.1], [0.0, x, 0.0], [0.0, 0.0, x]].into(), ..RawScan::default() };
         let (source, target, own) = (scan(1.0), scan(2.0), scan(3.0));
         let after = |files: &[(&str, &RawScan)], others: &[&str]| {
             let folder = tempfile::tempdir().unwrap();

@@ -96,7 +96,7 @@ impl Shape {
         if raw.points.iter().flatten().any(|v| !v.is_finite()) {
             bail!("{}: has vertices that are not finite; remove them", file.display());
         }
-        let mesh = Mesh { points: raw.points, triangles: raw.triangles };
+        let mesh = Mesh { points: raw.points.to_vec(), triangles: raw.triangles };
         if mesh.bounding_sphere().1 == 0.0 {
             bail!("{}: all vertices coincide; give a mesh with an extent", file.display());
         }

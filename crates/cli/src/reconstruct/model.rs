@@ -35,7 +35,7 @@ pub(super) fn write(
         points.extend(placed(file, reading, frame_from_scan, voxel)?);
         colours.resize(points.len(), colour(*at));
     }
-    Ok(write_coloured_ply(path, &points, &colours)?)
+    Ok(write_coloured_ply(path, &points.into(), &colours)?)
 }
 
 fn placed(

@@ -4,6 +4,7 @@ use super::PlyFault;
 use super::body::{Numbers, Stop};
 use super::header::Property;
 use crate::error::excerpt;
+use crate::gathered::Precision;
 use crate::window::Window;
 use ply_rs::ply::ScalarType;
 use std::ops::Range;
@@ -82,6 +83,11 @@ impl Numbers for Ascii<'_> {
 
     fn skip(&mut self, _: &ScalarType, n: usize) -> Result<(), Stop> {
         (0..n).try_for_each(|_| self.reach_word().map(|word| self.body.pass(word.end)))
+    }
+
+    /// A text may have more digits than the type of its numbers.
+    fn precision(&self, _: &ScalarType) -> Precision {
+        Precision::Double
     }
 
     fn room(&self, properties: &[Property]) -> usize {

@@ -2,7 +2,7 @@
 
 use super::body::{Numbers, Row, Stop};
 use super::header::Property;
-use crate::gathered::Gathered;
+use crate::gathered::{Gathered, Precision};
 use crate::window::Window;
 use ply_rs::ply::{PropertyType, ScalarType};
 
@@ -25,6 +25,16 @@ impl<'a, const BIG_ENDIAN: bool> Binary<'a, BIG_ENDIAN> {
             self.body.pass(n_bytes);
             held += n_bytes / stride;
         }
+        held
+    }
+
+    /// Reads points that lie in the file as they do in memory, at most `n`; how many there were.
+    fn as_in_memory(&mut self, n: usize, points: &mut Vec<[f32; 3]>) -> usize {
+        let first = points.len();
+        let n_left = usize::try_from(self.body.left()).unwrap_or(usize::MAX) / size_of::<[f32; 3]>();
+        points.resize(first + n.min(n_left), [0.0; 3]);
+        let held = self.body.copy_to(bytemuck::cast_slice_mut(&mut points[first..])) / size_of::<[f32; 3]>();
+        points.truncate(first + held);
         held
     }
 
@@ -99,11 +109,14 @@ impl<const BIG_ENDIAN: bool> Numbers for Binary<'_, BIG_ENDIAN> {
 
     fn points(&mut self, properties: &[Property], columns: &[Option<usize>], n: usize, points: &mut Gathered) -> usize {
         let Some(layout) = Layout::of(properties, columns) else { return 0 };
-        match layout.in_a_row() {
-            Some((at, ScalarType::Float)) => self.coordinates(layout.stride, at, n, points, |bytes| {
+        let is_of_machine = BIG_ENDIAN == cfg!(target_endian = "big");
+        let is_alone = layout.stride == size_of::<[f32; 3]>();
+        match (layout.in_a_row(), points.plain()) {
+            (Some((0, ScalarType::Float)), Some(plain)) if is_of_machine && is_alone => self.as_in_memory(n, plain),
+            (Some((at, ScalarType::Float)), _) => self.coordinates(layout.stride, at, n, points, |bytes| {
                 if BIG_ENDIAN { f32::from_be_bytes(bytes) } else { f32::from_le_bytes(bytes) }.into()
             }),
-            Some((at, ScalarType::Double)) => self.coordinates(layout.stride, at, n, points, |bytes| {
+            (Some((at, ScalarType::Double)), _) => self.coordinates(layout.stride, at, n, points, |bytes| {
                 if BIG_ENDIAN { f64::from_be_bytes(bytes) } else { f64::from_le_bytes(bytes) }
             }),
             _ => 0,
@@ -128,6 +141,13 @@ impl<const BIG_ENDIAN: bool> Numbers for Binary<'_, BIG_ENDIAN> {
                 visit(row);
             }
         })
+    }
+
+    fn precision(&self, kind: &ScalarType) -> Precision {
+        match kind {
+            ScalarType::Int | ScalarType::UInt | ScalarType::Double => Precision::Double,
+            _ => Precision::Single,
+        }
     }
 
     fn room(&self, properties: &[Property]) -> usize {

@@ -4,7 +4,7 @@
 
 use super::PlyFault;
 use super::header::{Element, Header, Property};
-use crate::gathered::{Gathered, Keep};
+use crate::gathered::{Gathered, Keep, Precision};
 use crate::text::fan;
 use congruent_geometry::RawScan;
 use ply_rs::ply::{PropertyType, ScalarType};
@@ -27,6 +27,9 @@ pub(super) trait Numbers {
     fn records(&mut self, _: &[Property], _: &[Option<usize>], _n: usize, _visit: impl FnMut(Row)) -> usize {
         0
     }
+
+    /// What numbers of a type need.
+    fn precision(&self, kind: &ScalarType) -> Precision;
 
     /// How many records are left at most, from the bytes that are left.
     fn room(&self, properties: &[Property]) -> usize;
@@ -111,7 +114,10 @@ fn read_vertices<N: Numbers>(
     scan: &mut RawScan,
 ) -> Result<(), PlyFault> {
     let columns = Columns::of(element)?;
-    let mut points = if columns.normals { Gathered::with_normals(keep) } else { Gathered::new(keep) };
+    let is_single = |kind: &ScalarType| numbers.precision(kind) == Precision::Single;
+    let precision = if columns.coordinates(element).all(is_single) { Precision::Single } else { Precision::Double };
+    let mut points =
+        if columns.normals { Gathered::with_normals(keep, precision) } else { Gathered::new(keep, precision) };
     points.reserve(element.count.min(numbers.room(&element.properties)));
     let read = numbers.points(&element.properties, &columns.of_property, element.count, &mut points);
     let mut keep = |[x, y, z, nx, ny, nz]: Row| {
@@ -177,6 +183,16 @@ impl Columns {
             (of_property[nx], of_property[ny], of_property[nz]) = (Some(3), Some(4), Some(5));
         }
         Ok(Columns { of_property, normals: normal.iter().all(Option::is_some) })
+    }
+
+    /// The types of the coordinates.
+    fn coordinates<'a>(&'a self, element: &'a Element) -> impl Iterator<Item = &'a ScalarType> {
+        element.properties.iter().zip(&self.of_property).filter_map(|(property, column)| {
+            match (&property.kind, column) {
+                (PropertyType::Scalar(kind), Some(0..3)) => Some(kind),
+                _ => None,
+            }
+        })
     }
 }
 

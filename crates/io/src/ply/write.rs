@@ -1,7 +1,7 @@
 //! Writing binary PLY files.
 
 use crate::{IoError, write_file};
-use congruent_geometry::RawScan;
+use congruent_geometry::{Coordinates, RawScan};
 use std::path::Path;
 
 /// Writes a binary little-endian PLY file, whole or not at all (see [`write_file`]).
@@ -16,7 +16,7 @@ use std::path::Path;
 /// When the normals are not as many as the points, or a triangle points outside: a broken promise of the caller.
 pub fn write_ply(
     path: &Path,
-    points: &[[f64; 3]],
+    points: &Coordinates,
     normals: Option<&[[f32; 3]]>,
     triangles: &[[u32; 3]],
 ) -> Result<(), IoError> {
@@ -30,7 +30,7 @@ pub fn write_ply(
 ///
 /// # Panics
 /// When the colours are not as many as the points: a broken promise of the caller.
-pub fn write_coloured_ply(path: &Path, points: &[[f64; 3]], colours: &[[u8; 3]]) -> Result<(), IoError> {
+pub fn write_coloured_ply(path: &Path, points: &Coordinates, colours: &[[u8; 3]]) -> Result<(), IoError> {
     write_file(path, &encoded(points, Extras { colours: Some(colours), ..Extras::default() }, &[], None))
 }
 
@@ -51,7 +51,7 @@ pub(crate) fn encode(scan: &RawScan) -> Vec<u8> {
     )
 }
 
-fn encoded(points: &[[f64; 3]], extras: Extras<'_>, triangles: &[[u32; 3]], viewpoint: Option<[f64; 3]>) -> Vec<u8> {
+fn encoded(points: &Coordinates, extras: Extras<'_>, triangles: &[[u32; 3]], viewpoint: Option<[f64; 3]>) -> Vec<u8> {
     let Extras { normals, colours } = extras;
     assert!(normals.is_none_or(|n| n.len() == points.len()), "one normal a point");
     assert!(colours.is_none_or(|c| c.len() == points.len()), "one colour a point");
@@ -59,7 +59,7 @@ fn encoded(points: &[[f64; 3]], extras: Extras<'_>, triangles: &[[u32; 3]], view
     let as_float = crate::write::fits_float(points);
     let mut file = header(points.len(), as_float, extras, triangles.len(), viewpoint.is_some()).into_bytes();
     for (i, point) in points.iter().enumerate() {
-        for &v in point {
+        for v in point {
             if as_float {
                 file.extend((v as f32).to_le_bytes());
             } else {

@@ -94,7 +94,7 @@ fn of_indices(table: &Table, columns: [usize; 2], scans: Option<[&RawScan; 2]>) 
         let index = value as usize;
         let point = raw.points.get(index).filter(|_| index as f64 == value);
         let last = raw.points.len().saturating_sub(1);
-        let at = *point.ok_or(TableFault::Index { line, value, scan, last })?;
+        let at = point.ok_or(TableFault::Index { line, value, scan, last })?;
         let is_finite = at.iter().all(|v| v.is_finite());
         if is_finite { Ok(Place { at, normal: None }) } else { Err(TableFault::Broken { line, index, scan }) }
     };
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn six_fields_and_pairs_of_positions_are_read() {
-        let scan = |x: f64| RawScan { points: vec![[x; 3], [f64::NAN; 3], [x + 1.0; 3]], ..RawScan::default() };
+        let scan = |x: f64| RawScan { points: vec![[x; 3], [f64::NAN; 3], [x + 1.0; 3]].into(), ..RawScan::default() };
         let (source, target) = (scan(0.0), scan(10.0));
         let at = |pairs: Vec<[Place; 2]>| pairs.iter().map(|pair| pair.map(|p| p.at)).collect::<Vec<_>>();
         assert_eq!(at(read("1 2 3 4 5 6\n", None).unwrap()), [[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]]);

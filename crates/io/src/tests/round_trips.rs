@@ -3,6 +3,7 @@
 use super::*;
 use crate::gathered::Keep;
 use crate::{Loss, read_scan, read_scan_thinned, write_scan};
+use congruent_geometry::Coordinates;
 use pcd_rs::DataKind;
 
 fn there_and_back(name: &str, scan: &RawScan) -> (crate::Written, RawScan) {
@@ -15,7 +16,7 @@ fn there_and_back(name: &str, scan: &RawScan) -> (crate::Written, RawScan) {
     (written, read_scan(&plain).unwrap())
 }
 
-fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+fn farthest(a: &Coordinates, b: &Coordinates) -> f64 {
     assert_eq!(a.len(), b.len());
     a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
@@ -40,8 +41,8 @@ fn every_format_keeps_what_it_can_hold() {
         assert_eq!(written.normals, back.normals.as_ref().map_or(0, Vec::len), "{extension}");
         if extension == "stl" {
             // The points come in the order of the faces.
-            let corners = |scan: &RawScan| -> Vec<[f64; 3]> {
-                scan.triangles.iter().flatten().map(|&i| scan.points[i as usize]).collect()
+            let corners = |scan: &RawScan| -> Coordinates {
+                scan.triangles.iter().flatten().map(|&i| scan.points.at(i as usize)).collect()
             };
             assert!(farthest(&corners(&whole), &corners(&back)) <= tolerance(extension));
             continue;
@@ -80,13 +81,13 @@ fn every_encoding_of_pcd_is_read() {
         for exact in [false, true] {
             let mut whole = sheet();
             if !exact {
-                whole.points.iter_mut().flatten().for_each(|v| *v = f64::from(*v as f32));
+                whole.points.edited().iter_mut().flatten().for_each(|v| *v = f64::from(*v as f32));
             }
-            whole.points[3] = [f64::NAN; 3];
+            whole.points.edited()[3] = [f64::NAN; 3];
             let back = scan(&crate::pcd::encode(&whole, kind)).unwrap();
-            assert!(back.points[3].iter().all(|v| v.is_nan()), "{kind:?}");
-            whole.points[3] = [0.0; 3];
-            assert_eq!(back.points[4..], whole.points[4..], "{kind:?}");
+            assert!(back.points.at(3).iter().all(|v| v.is_nan()), "{kind:?}");
+            whole.points.edited()[3] = [0.0; 3];
+            assert_eq!(back.points.to_vec()[4..], whole.points.to_vec()[4..], "{kind:?}");
             assert_eq!((back.normals, back.viewpoint), (whole.normals, whole.viewpoint), "{kind:?}");
         }
     }
@@ -96,7 +97,7 @@ fn every_encoding_of_pcd_is_read() {
 fn broken_points_pass_through_or_are_told() {
     for extension in ["ply", "obj", "off", "pcd", "xyz", "csv", "las", "laz", "e57"] {
         let broken = [[f64::NAN, 1.0, 2.0], [3.0, f64::INFINITY, 5.0]];
-        let cloud = RawScan { points: [&sheet().points[..], &broken].concat(), ..RawScan::default() };
+        let cloud = RawScan { points: sheet().points.into_iter().chain(broken).collect(), ..RawScan::default() };
         let (written, back) = there_and_back(&format!("scan.{extension}"), &cloud);
         let n_broken = back.points.iter().filter(|p| p.iter().any(|v| !v.is_finite())).count();
         let n_told = if written.lost.contains(&Loss::NonFinite(2)) { 2 } else { 0 };

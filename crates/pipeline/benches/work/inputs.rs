@@ -71,8 +71,8 @@ impl Inputs {
             None => simulated(),
         };
         let file = folder.join("scan.ply");
-        let distinct: Vec<[f64; 3]> = Scan::new(&given)?.points().iter().map(|p| p.map(f64::from)).collect();
-        write_ply(&file, &distinct, None, &[])?;
+        let distinct = Scan::new(&given)?.points().to_vec();
+        write_ply(&file, &distinct.into(), None, &[])?;
         let raw = read_scan(&file)?;
         let points = Scan::new(&raw)?.points().to_vec();
 

@@ -1,7 +1,7 @@
 //! Uniform thinning with a voxel grid.
 
 use super::only;
-use congruent_geometry::{RawScan, most_central};
+use congruent_geometry::{Coordinates, RawScan, most_central};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -36,9 +36,9 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(points: &[[f64; 3]]) -> Self {
-        let finite = (0u32..).zip(points).filter(|(_, p)| p.iter().all(|v| v.is_finite()));
-        let mut points: Vec<(u32, Vector3<f64>)> = finite.map(|(i, &p)| (i, p.into())).collect();
+    fn new(points: &Coordinates) -> Self {
+        let finite = (0u32..).zip(points.iter()).filter(|(_, p)| p.iter().all(|v| v.is_finite()));
+        let mut points: Vec<(u32, Vector3<f64>)> = finite.map(|(i, p)| (i, p.into())).collect();
         let low = points.iter().fold(Vector3::repeat(f64::INFINITY), |low, (_, p)| low.inf(p));
         points.iter_mut().for_each(|(_, p)| *p -= low);
         let extent = points.iter().map(|(_, p)| p.amax()).fold(0.0, f64::max);
@@ -97,7 +97,7 @@ mod tests {
     fn dense_regions_lose_more_than_sparse_ones() {
         let mut scan = RawScan { points: cloud(4000).points, ..RawScan::default() };
         let squeezed = scan.points.iter().map(|p| [p[0] * 0.1 + 20.0, p[1], p[2]]);
-        scan.points = scan.points.iter().copied().chain(squeezed).collect();
+        scan.points = scan.points.iter().chain(squeezed).collect();
         let kept = decimate_uniform(&scan, 0.3).points;
         let n_sparse = kept.iter().filter(|p| p[0] < 15.0).count();
         assert!(n_sparse * 2 > (kept.len() - n_sparse) * 3, "{n_sparse} of {}", kept.len());
@@ -106,14 +106,14 @@ mod tests {
     #[test]
     fn the_point_nearest_to_the_cells_centre_stays() {
         let points = [[0.0, 0.0, 0.0], [0.9, 0.0, 0.0], [0.4, 0.0, 0.0], [1.6, 0.0, 0.0], [2.0, 0.0, 0.0]];
-        let mut kept = Grid::new(&points).representatives(1.0);
+        let mut kept = Grid::new(&points.to_vec().into()).representatives(1.0);
         kept.sort_unstable();
         assert_eq!(kept, [2, 3, 4]);
     }
 
     #[test]
     fn odd_clouds_are_thinned_as_far_as_they_can() {
-        let of = |points: Vec<[f64; 3]>| RawScan { points, ..RawScan::default() };
+        let of = |points: Vec<[f64; 3]>| RawScan { points: points.into(), ..RawScan::default() };
         assert!(decimate_uniform(&RawScan::default(), 0.5).points.is_empty());
         assert_eq!(decimate_uniform(&of(vec![[3.0; 3]; 9]), 0.5).points.len(), 1);
         assert_eq!(decimate_uniform(&of(vec![[f64::NAN; 3], [1.0; 3], [2.0; 3]]), 0.5).points.len(), 1);

@@ -19,9 +19,10 @@ const MOST_TRIES: usize = 100;
 /// not cut.
 #[must_use]
 pub fn cut_holes(scan: &RawScan, count: usize, seed: u64) -> RawScan {
-    let places: Vec<usize> = (0..scan.points.len()).filter(|&i| scan.points[i].iter().all(|v| v.is_finite())).collect();
-    let origin = places.first().map_or_else(Vector3::zeros, |&i| scan.points[i].into());
-    let points: Vec<Point> = places.iter().map(|&i| narrow(&(Vector3::from(scan.points[i]) - origin))).collect();
+    let places: Vec<usize> =
+        (0..scan.points.len()).filter(|&i| scan.points.at(i).iter().all(|v| v.is_finite())).collect();
+    let origin = places.first().map_or_else(Vector3::zeros, |&i| scan.points.at(i).into());
+    let points: Vec<Point> = places.iter().map(|&i| narrow(&(Vector3::from(scan.points.at(i)) - origin))).collect();
     let mut cutter = Cutter {
         index: NeighborIndex::new(&points),
         n_removed: FEWEST.max((SHARE * points.len() as f64).round() as usize),
@@ -95,7 +96,7 @@ mod tests {
         let kept = survivors(&all, &cut_holes(&all, 1, 3));
         assert_eq!(kept.len(), 4950);
         let is_kept = |i: &u32| kept.binary_search(i).is_ok();
-        let at = |i: u32| Vector3::from(all.points[i as usize]);
+        let at = |i: u32| Vector3::from(all.points.at(i as usize));
         let gone: Vec<u32> = (0..5000).filter(|i| !is_kept(i)).collect();
         // Some removed point is the centre: all other removed points are nearer to it than any point kept.
         let is_centre = |c: u32| {
@@ -121,10 +122,10 @@ mod tests {
     #[test]
     fn a_small_cloud_is_eaten_up_without_complaint() {
         let mut small = cloud(30);
-        small.points[7] = [f64::NAN; 3];
+        small.points.edited()[7] = [f64::NAN; 3];
         let left = cut_holes(&small, 5, 0);
         assert_eq!(left.points.len(), 1);
-        assert!(left.points[0][0].is_nan());
+        assert!(left.points.at(0)[0].is_nan());
         assert_eq!(cut_holes(&RawScan::default(), 3, 0), RawScan::default());
     }
 }

@@ -17,7 +17,7 @@ use congruent_geometry::{RawScan, RigidTransform};
 #[must_use]
 pub fn add_noise(scan: &RawScan, sigma: f64, seed: u64) -> RawScan {
     let mut noisy = scan.clone();
-    for (i, point) in (0u64..).zip(&mut noisy.points) {
+    for (i, point) in (0u64..).zip(noisy.points.edited()) {
         let mut stream = Stream::new(seed, i);
         *point = point.map(|v| v + sigma * stream.normal());
     }
@@ -34,7 +34,7 @@ pub fn add_strays(scan: &RawScan, share: f64, seed: u64) -> RawScan {
     });
     let n_strays = if scan.points.is_empty() { 0 } else { (share.max(0.0) * scan.points.len() as f64).round() as u64 };
     let mut strewn = scan.clone();
-    strewn.points.extend((0..n_strays).map(|i| {
+    strewn.points.edited().extend((0..n_strays).map(|i| {
         let mut stream = Stream::new(seed, i);
         std::array::from_fn(|k| {
             let margin = 0.1 * (high[k] - low[k]);
@@ -69,7 +69,7 @@ pub fn moved(scan: &RawScan, motion: &RigidTransform) -> RawScan {
 #[must_use]
 pub fn scaled(scan: &RawScan, factor: f64) -> RawScan {
     let mut scaled = scan.clone();
-    scaled.points.iter_mut().chain(&mut scaled.viewpoint).for_each(|p| *p = p.map(|v| v * factor));
+    scaled.points.edited().iter_mut().chain(&mut scaled.viewpoint).for_each(|p| *p = p.map(|v| v * factor));
     scaled
 }
 
@@ -82,7 +82,7 @@ pub fn permuted(scan: &RawScan, seed: u64) -> RawScan {
         new_place[i as usize] = place;
     }
     RawScan {
-        points: order.iter().map(|&i| scan.points[i as usize]).collect(),
+        points: order.iter().map(|&i| scan.points.at(i as usize)).collect(),
         normals: scan.normals.as_ref().map(|n| order.iter().map(|&i| n[i as usize]).collect()),
         triangles: scan.triangles.iter().map(|t| t.map(|i| new_place[i as usize])).collect(),
         viewpoint: scan.viewpoint,
@@ -115,16 +115,16 @@ fn only(scan: &RawScan, keep: &[bool]) -> RawScan {
         Some([a?, b?, c?])
     };
     RawScan {
-        points: marked(&scan.points, keep),
-        normals: scan.normals.as_ref().map(|n| marked(n, keep)),
+        points: marked(scan.points.iter(), keep).collect(),
+        normals: scan.normals.as_ref().map(|n| marked(n.iter().copied(), keep).collect()),
         triangles: scan.triangles.iter().filter_map(whole).collect(),
         viewpoint: scan.viewpoint,
         unread: scan.unread.clone(),
     }
 }
 
-fn marked<T: Copy>(values: &[T], keep: &[bool]) -> Vec<T> {
-    values.iter().zip(keep).filter(|(_, kept)| **kept).map(|(v, _)| *v).collect()
+fn marked<T>(values: impl Iterator<Item = T>, keep: &[bool]) -> impl Iterator<Item = T> {
+    values.zip(keep).filter(|(_, kept)| **kept).map(|(value, _)| value)
 }
 
 #[cfg(test)]
@@ -147,7 +147,7 @@ pub(crate) mod tests {
     pub(crate) fn survivors(original: &RawScan, left: &RawScan) -> Vec<u32> {
         let numbers: Vec<u32> = left.normals.as_ref().unwrap().iter().map(|n| n[0] as u32).collect();
         assert_eq!(left.viewpoint, original.viewpoint);
-        let expected: Vec<[f64; 3]> = numbers.iter().map(|&i| original.points[i as usize]).collect();
+        let expected: Vec<[f64; 3]> = numbers.iter().map(|&i| original.points.at(i as usize)).collect();
         assert_eq!(left.points, expected);
         for t in &left.triangles {
             assert!(original.triangles.contains(&t.map(|i| numbers[i as usize])));
@@ -160,8 +160,8 @@ pub(crate) mod tests {
         let clean = cloud(1000);
         let strewn = add_strays(&clean, 0.3, 4);
         assert_eq!((strewn.points.len(), strewn.normals.as_ref().unwrap().len()), (1300, 1300));
-        assert_eq!(strewn.points[..1000], clean.points);
-        let outside = strewn.points[1000..].iter().filter(|p| !(0.0..=10.0).contains(&p[0])).count();
+        assert!(clean.points.iter().eq(strewn.points.iter().take(1000)));
+        let outside = strewn.points.iter().skip(1000).filter(|p| !(0.0..=10.0).contains(&p[0])).count();
         assert!((20..90).contains(&outside), "{outside} of 50 expected");
         assert_eq!(add_strays(&RawScan::default(), 0.3, 4), RawScan::default());
     }
@@ -171,7 +171,7 @@ pub(crate) mod tests {
         let clean = cloud(20_000);
         let noisy = add_noise(&clean, 0.5, 3);
         for axis in 0..3 {
-            let errors = clean.points.iter().zip(&noisy.points).map(|(a, b)| b[axis] - a[axis]);
+            let errors = clean.points.iter().zip(noisy.points.iter()).map(|(a, b)| b[axis] - a[axis]);
             let variance = errors.map(|e| e * e).sum::<f64>() / 20_000.0;
             // Six standard errors of a variance from 20 000 draws.
             assert!((variance / 0.25 - 1.0).abs() < 0.06, "{axis}: {variance}");
@@ -208,7 +208,7 @@ pub(crate) mod tests {
     #[test]
     fn motion_turns_normals_but_does_not_shift_them() {
         let scan = RawScan {
-            points: vec![[1.0, 0.0, 0.0]],
+            points: vec![[1.0, 0.0, 0.0]].into(),
             normals: Some(vec![[1.0, 0.0, 0.0]]),
             triangles: vec![],
             viewpoint: Some([1.0, 0.0, 0.0]),
@@ -216,9 +216,9 @@ pub(crate) mod tests {
         };
         let quarter = RigidTransform::new(Vector3::new(0.0, 0.0, 5.0), Vector3::z() * std::f64::consts::FRAC_PI_2);
         let turned = moved(&scan, &quarter);
-        assert!((Vector3::from(turned.points[0]) - Vector3::new(0.0, 1.0, 5.0)).norm() < 1e-12);
+        assert!((Vector3::from(turned.points.at(0)) - Vector3::new(0.0, 1.0, 5.0)).norm() < 1e-12);
         assert!((wide(turned.normals.as_ref().unwrap()[0]) - Vector3::y()).norm() < 1e-6);
-        assert_eq!(turned.viewpoint, Some(turned.points[0]));
+        assert_eq!(turned.viewpoint, turned.points.get(0));
         assert_eq!(scaled(&scan, 1000.0).points, [[1000.0, 0.0, 0.0]]);
         assert_eq!(scaled(&scan, 1000.0).viewpoint, Some([1000.0, 0.0, 0.0]));
     }

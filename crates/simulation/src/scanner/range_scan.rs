@@ -21,7 +21,7 @@ impl RangeScan {
     /// Returns the points alone.
     #[must_use]
     pub fn cloud(&self) -> RawScan {
-        RawScan { points: self.points.clone(), ..RawScan::default() }
+        RawScan { points: self.points.clone().into(), ..RawScan::default() }
     }
 
     /// Returns the points with the triangles between neighbouring pixels. These face the sensor; noise along the rays
@@ -85,7 +85,7 @@ mod tests {
         let raw = scanner.scan(&mesh, 5).meshed(3.0);
         assert!(raw.triangles.len() > raw.points.len());
         for t in &raw.triangles {
-            let [a, b, c] = t.map(|i| Vector3::from(raw.points[i as usize]));
+            let [a, b, c] = t.map(|i| Vector3::from(raw.points.at(i as usize)));
             assert!((b - a).cross(&(c - a)).dot(&a) < 0.0);
             assert!((a.z - b.z).abs().max((b.z - c.z).abs()).max((c.z - a.z).abs()) <= 3.0);
         }

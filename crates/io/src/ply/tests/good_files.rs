@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::{read_scan, write_ply};
+use congruent_geometry::Coordinates;
 use congruent_geometry::random::Stream;
 
 const TYPES: [&str; 16] = [
@@ -108,10 +109,14 @@ fn normals_are_read_when_all_three_are_there() {
             &[&[&[0.5], &[1.0], &[2.0], &[-0.5], &[3.0], &[0.25]]],
         );
         let read = scan(&encoded(encoding, &[vertices.clone()])).unwrap();
-        assert_eq!((read.points, read.normals), (vec![[1.0, 2.0, 3.0]], Some(vec![[0.25, -0.5, 0.5]])), "{encoding}");
+        assert_eq!(
+            (read.points, read.normals),
+            (vec![[1.0, 2.0, 3.0]].into(), Some(vec![[0.25, -0.5, 0.5]])),
+            "{encoding}"
+        );
         vertices.properties[3] = "float other".into();
         let read = scan(&encoded(encoding, &[vertices])).unwrap();
-        assert_eq!((read.points, read.normals), (vec![[1.0, 2.0, 3.0]], None), "{encoding}");
+        assert_eq!((read.points, read.normals), (vec![[1.0, 2.0, 3.0]].into(), None), "{encoding}");
     }
 }
 
@@ -139,7 +144,7 @@ fn ascii_points(n: usize, body: &str) -> Vec<[f64; 3]> {
         "ply\nformat ascii 1.0\nelement vertex {n}\n\
          property float x\nproperty double y\nproperty int z\nend_header\n{body}"
     );
-    scan(text.as_bytes()).unwrap().points
+    scan(text.as_bytes()).unwrap().points.to_vec()
 }
 
 #[test]
@@ -167,7 +172,7 @@ fn broken_coordinates_are_passed_on() {
             &["float x", "double y", "float z"],
             &[&[&[f64::NAN], &[f64::NEG_INFINITY], &[1.0]]],
         );
-        let [x, y, z] = scan(&encoded(encoding, &[vertices])).unwrap().points[0];
+        let [x, y, z] = scan(&encoded(encoding, &[vertices])).unwrap().points.at(0);
         assert!(x.is_nan() && y == f64::NEG_INFINITY && z == 1.0, "{encoding}");
     }
 }
@@ -183,7 +188,7 @@ fn written_files_come_back_bit_for_bit() {
             let v = stream.between(-1e6, 1e6);
             if as_float { f64::from(v as f32) } else { v }
         };
-        let points: Vec<[f64; 3]> = (0..50).map(|_| std::array::from_fn(|_| coordinate())).collect();
+        let points: Coordinates = (0..50).map(|_| [coordinate(), coordinate(), coordinate()]).collect();
         let normals = normals.then(|| points.iter().map(|p| p.map(|v| (v / 1e6) as f32)).collect::<Vec<_>>());
         let triangles: Vec<[u32; 3]> = if triangles { (0..48).map(|i| [i, i + 1, i + 2]).collect() } else { vec![] };
         let path = folder.path().join("scan.ply");
@@ -201,10 +206,10 @@ fn odd_values_are_written_as_floats_where_floats_hold_them() {
     for (v, kind) in
         [(f64::NAN, "float"), (f64::INFINITY, "float"), (-0.0, "float"), (1e300, "double"), (0.1, "double")]
     {
-        write_ply(&path, &[[v, 0.0, 0.0]], None, &[]).unwrap();
+        write_ply(&path, &vec![[v, 0.0, 0.0]].into(), None, &[]).unwrap();
         let file = std::fs::read(&path).unwrap();
         assert!(String::from_utf8_lossy(&file).contains(&format!("property {kind} x")), "{v}");
-        let back = read_scan(&path).unwrap().points[0][0];
+        let back = read_scan(&path).unwrap().points.at(0)[0];
         assert!(back.to_bits() == v.to_bits() || (back.is_nan() && v.is_nan()), "{v}");
     }
 }

@@ -131,7 +131,7 @@ fn busy_square() -> Vec<Records> {
 
 fn busy_square_scan() -> RawScan {
     RawScan {
-        points: vec![[0.0, 0.25, 7.0], [1.0, 0.25, 7.0], [1.0, 1.25, 7.0], [0.0, 1.25, 7.0]],
+        points: vec![[0.0, 0.25, 7.0], [1.0, 0.25, 7.0], [1.0, 1.25, 7.0], [0.0, 1.25, 7.0]].into(),
         normals: None,
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         viewpoint: None,
