@@ -23,6 +23,25 @@ fn coordinates_of_every_type_are_read_in_every_encoding() {
 }
 
 #[test]
+fn coordinates_stay_in_single_precision_where_the_file_has_no_more() {
+    for encoding in ENCODINGS {
+        for (kind, is_more) in [("float", false), ("short", false), ("double", true), ("int", true)] {
+            for more in [&[][..], &["uchar red"]] {
+                let y = format!("{kind} y");
+                let properties = [&["float x", &y, "float z"], more].concat();
+                let row: Vec<&[f64]> = vec![&[7.0]; properties.len()];
+                let vertices = Records::new("vertex", &properties, &[&row, &row]);
+                let points = scan(&encoded(encoding, &[vertices])).unwrap().points;
+                let is_double = matches!(points, Coordinates::Double(_));
+                // A text may have more digits than the type of its numbers.
+                assert_eq!(is_double, is_more || encoding == "ascii", "{encoding} {kind} {more:?}");
+                assert_eq!(points, [[7.0; 3]; 2]);
+            }
+        }
+    }
+}
+
+#[test]
 fn coordinates_are_found_among_other_properties_in_any_order() {
     let orders: [&[&str]; 5] = [
         &["uchar red", "float x", "float y", "float z", "short group"],
